@@ -1,0 +1,60 @@
+!> What every material law offers: the plane-stress-reduced stored energy with its exact derivatives.
+!>
+!> A law is evaluated at many points in one call; its loops run over the points `i = 1..n`, free of branches where
+!> possible, so that they vectorise. Arrays are in the law's own material axes 1, 2 (the section rotates), 3 is the normal.
+!> Voigt order: strain e = (E11, E22, 2 E12), stress s = (S11, S22, S12), so that dW = s . de. The tangent d = ds/de and the
+!> Hessian of the thickness stretch are symmetric 3x3 matrices stored as (11, 22, 33, 12, 13, 23).
+!> Green-Lagrange strain and second Piola-Kirchhoff stress; energy per reference volume.
+module finshell_material
+   use finshell_kinds, only: wp, i4
+   implicit none
+   private
+   public :: material_t, level_energy, level_force, level_tangent
+
+   !> How much is asked for: each level includes the one before.
+   integer, parameter :: level_energy = 0, level_force = 1, level_tangent = 2
+
+   type, abstract :: material_t
+      !> True when the response does not depend on the direction of the material axes.
+      logical :: isotropic = .true.
+   contains
+      procedure(plane_stress_interface), deferred :: plane_stress
+      procedure(thickness_stretch_interface), deferred :: thickness_stretch
+      procedure(reference_tangent_interface), deferred :: reference_tangent
+   end type material_t
+
+   abstract interface
+      !> Energy, stress and tangent with the normal stress condensed out (S33 = 0, S13 = S23 = 0 by symmetry).
+      pure subroutine plane_stress_interface(self, n, level, e, w, s, d, status)
+         import :: material_t, wp, i4
+         class(material_t), intent(in) :: self
+         integer, intent(in) :: n !< number of points, a multiple of `lanes`
+         integer, intent(in) :: level !< level_energy: w; level_force: w and s; level_tangent: w, s and d
+         real(wp), intent(in) :: e(n, 3) !< strain
+         real(wp), intent(inout) :: w(n) !< stored energy per reference volume
+         real(wp), intent(inout) :: s(n, 3) !< stress
+         real(wp), intent(inout) :: d(n, 6) !< tangent ds/de
+         !> Set to status_material_limit where the law cannot be evaluated (never reset); w, s, d are then finite or NaN.
+         integer(i4), intent(inout) :: status(n)
+      end subroutine plane_stress_interface
+
+      !> Thickness stretch lambda_Z (paper eq. 25) as a function of the midsurface strain, with its derivatives.
+      pure subroutine thickness_stretch_interface(self, n, level, e, l, dl, ddl, status)
+         import :: material_t, wp, i4
+         class(material_t), intent(in) :: self
+         integer, intent(in) :: n, level
+         real(wp), intent(in) :: e(n, 3) !< strain of the midsurface
+         real(wp), intent(inout) :: l(n) !< thickness stretch
+         real(wp), intent(inout) :: dl(n, 3) !< dl/de (level_force)
+         real(wp), intent(inout) :: ddl(n, 6) !< d2l/de2 (level_tangent)
+         integer(i4), intent(inout) :: status(n)
+      end subroutine thickness_stretch_interface
+
+      !> Small-strain plane-stress tangent, (11, 22, 33, 12, 13, 23): the scale of the higher-order drilling stiffness.
+      pure function reference_tangent_interface(self) result(d)
+         import :: material_t, wp
+         class(material_t), intent(in) :: self
+         real(wp) :: d(6)
+      end function reference_tangent_interface
+   end interface
+end module finshell_material
