@@ -1,0 +1,26 @@
+!> The state of a structure: displacements, rotations and factors. Nothing else is carried from one increment to the next.
+module finshell_state
+   use finshell_kinds, only: wp
+   implicit none
+   private
+   public :: state_t, new_state
+
+   type :: state_t
+      real(wp), allocatable :: displacement(:, :) !< (3, nodes), global
+      real(wp), allocatable :: rotation(:, :) !< (4, nodes) unit quaternions, scalar first: reference to current directors
+      real(wp) :: load_factor = 0 !< of proportional loads and supports
+      real(wp) :: constant_factor = 0 !< of constant loads and supports: rises to 1 before the first step
+      integer :: increment = 0 !< number of converged increments
+   end type state_t
+
+contains
+
+   !> The unloaded reference state.
+   pure subroutine new_state(self, nodes)
+      type(state_t), intent(out) :: self
+      integer, intent(in) :: nodes
+      allocate (self%displacement(3, nodes), source=0.0_wp)
+      allocate (self%rotation(4, nodes), source=0.0_wp)
+      self%rotation(1, :) = 1
+   end subroutine new_state
+end module finshell_state

@@ -1,0 +1,81 @@
+!> Steps: how the path of equilibrium states is followed, from the state where the step before ended. Data only.
+module finshell_step
+   use finshell_kinds, only: wp, i4
+   use finshell_status, only: status_invalid_argument
+   use finshell_error, only: error_t, raise
+   implicit none
+   private
+   public :: step_t, convergence_t, convergence_preset
+   public :: control_load, control_displacement, control_arc_length, control_name
+
+   !> What is prescribed in an increment: the load factor; a displacement; the length of the increment.
+   integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3
+
+   !> When an increment counts as converged: both criteria at once (norms: `finshell_convergence`).
+   type :: convergence_t
+      real(wp) :: residual = 5.0e-3_wp !< out-of-balance force over reference force, and moments likewise
+      real(wp) :: correction = 1.0e-2_wp !< last correction over the whole increment, displacements and rotations
+      integer :: maximum_iterations = 16
+      integer :: divergence_iterations = 6 !< from here on a residual that keeps rising ends the attempt
+      real(wp) :: rotation_limit = 0.4_wp !< largest rotation (radian) of a node in one iteration; <= 0: no limit
+      logical :: line_search = .false. !< shorten a correction that overshoots along its own direction
+   end type convergence_t
+
+   type :: step_t
+      character(len=:), allocatable :: name
+      integer :: control = control_load
+      !> The step ends at this load factor ... (not in displacement control)
+      real(wp) :: final_load_factor = 1
+      !> ... or when the monitored displacement reaches the last of `displacements`, whichever comes first.
+      real(wp), allocatable :: load_levels(:) !< load factors to land on exactly on the way (not in displacement control)
+      !> Monitored displacement: mean over a node set of a global component 1..3. Needed by displacement control; in arc-length
+      !> and load control it can end the step.
+      character(len=:), allocatable :: node_set
+      integer :: component = 0
+      real(wp), allocatable :: displacements(:) !< values to land on exactly, in the order of passing; the last one ends the step
+
+      !> Size of the first increment: of the load factor (load control, arc-length) or of the displacement (displacement
+      !> control). 0: a tenth of the way to the end of the step.
+      real(wp) :: first_increment = 0
+      real(wp) :: largest_increment = 0 !< same measure, magnitude; 0: no bound
+      real(wp) :: smallest_increment = 0 !< 0: 1e-6 of the way
+      integer :: maximum_increments = 1000
+      integer :: maximum_cuts = 5 !< in a row
+      logical :: automatic = .true. !< increments grow and shrink; else all have the first size (cuts apart)
+      real(wp) :: growth = 2.0_wp !< largest ratio of an increment to the one before
+      integer :: wanted_iterations = 4 !< the size aims at this number of iterations
+      logical :: extrapolate = .true. !< start an increment from the extrapolated path
+      real(wp) :: load_scale = 0 !< arc-length: weight of the load factor in the length, 0 cylindrical, 1 spherical
+      type(convergence_t) :: convergence
+   end type step_t
+
+contains
+
+   !> Named tolerances: 'paper' (0.5 % of force, 1 % of the increment) or 'tight' (1e-8 of both). Error: unknown name.
+   pure subroutine convergence_preset(name, convergence, error)
+      character(len=*), intent(in) :: name
+      type(convergence_t), intent(inout) :: convergence
+      type(error_t), allocatable, intent(out) :: error
+      select case (name)
+      case ('paper')
+         convergence%residual = 5.0e-3_wp
+         convergence%correction = 1.0e-2_wp
+      case ('tight')
+         convergence%residual = 1.0e-8_wp
+         convergence%correction = 1.0e-8_wp
+      case default
+         call raise(error, status_invalid_argument, "unknown convergence preset '"//name//"': use 'paper' or 'tight'")
+      end select
+   end subroutine convergence_preset
+
+   pure function control_name(control) result(name)
+      integer, intent(in) :: control
+      character(len=:), allocatable :: name
+      select case (control)
+      case (control_load); name = 'load control'
+      case (control_displacement); name = 'displacement control'
+      case (control_arc_length); name = 'arc-length'
+      case default; name = 'unknown control'
+      end select
+   end function control_name
+end module finshell_step

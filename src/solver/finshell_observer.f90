@@ -1,0 +1,40 @@
+!> What is told about a converged increment, and to whom.
+module finshell_observer
+   use finshell_kinds, only: wp, dp
+   use finshell_error, only: error_t
+   use finshell_state, only: state_t
+   implicit none
+   private
+   public :: record_t, observer_t
+
+   type :: record_t
+      integer :: increment = 0 !< number of this converged increment, from 1
+      integer :: control = 0 !< control of this increment (finshell_step); landing on a load level is load control
+      integer :: iterations = 0 !< linear solves of this increment, those of failed attempts included
+      integer :: cuts = 0 !< failed attempts before this one
+      integer :: negative_pivots = -1 !< of the last tangent; -1: not known (unsymmetric matrix)
+      real(wp) :: load_factor = 0
+      real(wp) :: monitored = 0 !< displacement of the step's node set, 0 when the step has none
+      real(wp) :: size = 0 !< of the increment, in the measure of its control
+      real(wp) :: residual = 0 !< relative, at convergence
+      real(wp) :: correction = 0 !< relative, at convergence
+      real(dp) :: cpu_time = 0 !< seconds since the path began
+      integer :: total_increments = 0, total_iterations = 0, total_cuts = 0 !< since the path began
+   end type record_t
+
+   type, abstract :: observer_t
+   contains
+      !> Called after each converged increment. An error ends the run; the state is kept.
+      procedure(increment_interface), deferred :: increment
+   end type observer_t
+
+   abstract interface
+      subroutine increment_interface(self, state, record, error)
+         import :: observer_t, state_t, record_t, error_t
+         class(observer_t), intent(inout) :: self
+         type(state_t), intent(in) :: state
+         type(record_t), intent(in) :: record
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine increment_interface
+   end interface
+end module finshell_observer
