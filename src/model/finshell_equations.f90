@@ -1,0 +1,271 @@
+!> Numbering of the unknowns: which components of which nodes have an equation, in which axes, and what the others are made to do.
+!>
+!> Every node has six components: displacement 1..3 and rotation (spin) 4..6, both in the axes of the node: the global ones, or
+!> the columns of `frames(:, :, frame(node))`. Held components have no equation.
+module finshell_equations
+   use finshell_kinds, only: wp, i1
+   use finshell_status, only: status_input_error, status_invalid_argument
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_mesh, only: mesh_t, find_node_set, node_set_names
+   use finshell_support, only: support_t, node_support_t, constrain_displacement, constrain_rotation, settle_axes, &
+      support_components, support_clamp, support_hinge, support_symmetry, axes_global, axes_given, axes_cylindrical
+   implicit none
+   private
+   public :: equations_t, new_equations, gather, scatter
+   public :: field_displacement, field_rotation
+
+   integer(i1), parameter :: field_displacement = 1_i1, field_rotation = 2_i1
+
+   type :: equations_t
+      integer :: n = 0 !< number of equations
+      integer, allocatable :: number(:, :) !< (6, nodes) equation of each component, 0: held
+      integer(i1), allocatable :: field(:) !< (n) displacement or rotation
+      integer, allocatable :: frame(:) !< (nodes) index into frames, 0: global axes
+      real(wp), allocatable :: frames(:, :, :) !< (3, 3, :) orthonormal columns
+      !> Nodes whose held components are moved, and by how much for factors of 1: global displacement and rotation vectors.
+      integer, allocatable :: moved(:)
+      real(wp), allocatable :: motion(:, :, :) !< (6, moved, 2): proportional, constant
+      logical, allocatable :: turned(:) !< (moved) all three rotations are held: the vectors give the whole rotation
+      type(node_support_t), allocatable :: supported(:) !< what is held, by node (ascending), for messages and checks
+      integer, allocatable :: support_of(:) !< (nodes) index into supported, 0: free
+   end type equations_t
+
+contains
+
+   !> Number the unknowns of a mesh under its supports. Errors: unknown set, bad axes, contradictory supports.
+   subroutine new_equations(self, mesh, supports, error)
+      type(equations_t), intent(out) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(support_t), intent(in) :: supports(:)
+      type(error_t), allocatable, intent(out) :: error
+      real(wp) :: axes(3, 3)
+      logical :: held(6), global
+      integer :: nodes, i, k, frames
+
+      nodes = size(mesh%coordinates, 2)
+      call merge_supports(self, mesh, supports, error)
+      if (allocated(error)) return
+
+      allocate (self%number(6, nodes), source=1)
+      allocate (self%frame(nodes), source=0)
+      allocate (self%frames(3, 3, size(self%supported)))
+      frames = 0
+      do i = 1, size(self%supported)
+         call settle_axes(self%supported(i), axes, held, global, error)
+         if (allocated(error)) return
+         where (held) self%number(:, self%supported(i)%node) = 0
+         if (global) cycle
+         frames = frames + 1
+         self%frames(:, :, frames) = axes
+         self%frame(self%supported(i)%node) = frames
+      end do
+      self%frames = self%frames(:, :, :frames)
+
+      allocate (self%field(count(self%number == 1)))
+      do i = 1, nodes
+         do k = 1, 6
+            if (self%number(k, i) == 0) cycle
+            self%n = self%n + 1
+            self%number(k, i) = self%n
+            self%field(self%n) = merge(field_displacement, field_rotation, k <= 3)
+         end do
+      end do
+      if (self%n == 0) then
+         call raise(error, status_input_error, 'supports: every component of every node is held; nothing is left to solve for')
+         return
+      end if
+      call find_motion(self)
+   end subroutine new_equations
+
+   !> Collect the constraints of all supports, node by node.
+   subroutine merge_supports(self, mesh, supports, error)
+      type(equations_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(support_t), intent(in) :: supports(:)
+      type(error_t), allocatable, intent(inout) :: error
+      integer, allocatable :: set_of(:)
+      integer :: s, i, node, nodes, found
+
+      nodes = size(mesh%coordinates, 2)
+      allocate (self%support_of(nodes), source=0)
+      allocate (set_of(size(supports)))
+      do s = 1, size(supports)
+         set_of(s) = find_node_set(mesh, supports(s)%node_set)
+         if (set_of(s) == 0) then
+            call raise(error, status_input_error, "support: the mesh has no node set '"//supports(s)%node_set &
+               //"'; it has: "//node_set_names(mesh))
+            return
+         end if
+         self%support_of(mesh%node_sets(set_of(s))%members) = 1
+      end do
+      allocate (self%supported(count(self%support_of > 0)))
+      found = 0
+      do node = 1, nodes
+         if (self%support_of(node) == 0) cycle
+         found = found + 1
+         self%support_of(node) = found
+         self%supported(found)%node = node
+      end do
+      do s = 1, size(supports)
+         do i = 1, size(mesh%node_sets(set_of(s))%members)
+            node = mesh%node_sets(set_of(s))%members(i)
+            call add_support(self%supported(self%support_of(node)), supports(s), mesh%coordinates(:, node), error)
+            if (.not. allocated(error)) cycle
+            error%message = "support of '"//supports(s)%node_set//"': "//error%message
+            return
+         end do
+      end do
+   end subroutine merge_supports
+
+   !> The constraints of one support at one node.
+   subroutine add_support(self, support, position, error)
+      type(node_support_t), intent(inout) :: self
+      type(support_t), intent(in) :: support
+      real(wp), intent(in) :: position(3)
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: axes(3, 3), normal(3), first(3), second(3)
+      logical :: fixed(6)
+      real(wp) :: value(6)
+      integer :: k
+
+      fixed = support%fixed
+      value = support%value
+      select case (support%kind)
+      case (support_components)
+      case (support_clamp)
+         fixed = .true.
+      case (support_hinge)
+         fixed = [.true., .true., .true., .false., .false., .false.]
+      case (support_symmetry)
+         if (norm2(support%normal) <= 0) then
+            call raise(error, status_invalid_argument, 'a symmetry plane needs a normal; (0, 0, 0) was given')
+            return
+         end if
+         normal = support%normal/norm2(support%normal)
+         first = 0
+         first(minloc(abs(normal), 1)) = 1
+         first = first - dot_product(first, normal)*normal
+         first = first/norm2(first)
+         second = cross(normal, first)
+         call constrain_displacement(self, normal, 0.0_wp, .false., error)
+         if (.not. allocated(error)) call constrain_rotation(self, first, 0.0_wp, .false., error)
+         if (.not. allocated(error)) call constrain_rotation(self, second, 0.0_wp, .false., error)
+         return
+      case default
+         call raise(error, status_invalid_argument, 'unknown kind of support '//text_of(support%kind))
+         return
+      end select
+
+      call support_axes(support, position, self%node, axes, error)
+      do k = 1, 3
+         if (allocated(error)) return
+         if (fixed(k)) call constrain_displacement(self, axes(:, k), value(k), support%constant, error)
+         if (allocated(error)) return
+         if (fixed(3 + k)) call constrain_rotation(self, axes(:, k), value(3 + k), support%constant, error)
+      end do
+   end subroutine add_support
+
+   !> The axes of a support at a position, as columns.
+   subroutine support_axes(support, position, node, axes, error)
+      type(support_t), intent(in) :: support
+      real(wp), intent(in) :: position(3)
+      integer, intent(in) :: node
+      real(wp), intent(out) :: axes(3, 3)
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp), parameter :: identity(3, 3) = reshape(real([1, 0, 0, 0, 1, 0, 0, 0, 1], wp), [3, 3])
+      real(wp) :: radius(3), axis(3)
+
+      axes = identity
+      select case (support%axes_kind)
+      case (axes_global)
+      case (axes_given)
+         axes = support%axes
+         if (maxval(abs(matmul(transpose(axes), axes) - identity)) > 1.0e-8_wp) &
+            call raise(error, status_invalid_argument, 'the axes are not orthonormal')
+      case (axes_cylindrical)
+         if (norm2(support%axis) <= 0) then
+            call raise(error, status_invalid_argument, 'cylindrical axes need a direction of the line; (0, 0, 0) was given')
+            return
+         end if
+         axis = support%axis/norm2(support%axis)
+         radius = position - support%origin
+         radius = radius - dot_product(radius, axis)*axis
+         if (norm2(radius) <= 1.0e-9_wp*norm2(position - support%origin) .or. norm2(radius) <= 0) then
+            call raise(error, status_invalid_argument, 'node '//text_of(node)//' lies on the line of the cylindrical axes, where ' &
+               //'the radial direction is not defined')
+            return
+         end if
+         axes(:, 1) = radius/norm2(radius)
+         axes(:, 3) = axis
+         axes(:, 2) = cross(axes(:, 3), axes(:, 1))
+      case default
+         call raise(error, status_invalid_argument, 'unknown kind of axes '//text_of(support%axes_kind))
+      end select
+   end subroutine support_axes
+
+   !> List the nodes whose held components are moved.
+   subroutine find_motion(self)
+      type(equations_t), intent(inout) :: self
+      logical, allocatable :: moves(:)
+      integer :: i, k
+      allocate (moves(size(self%supported)))
+      do i = 1, size(self%supported)
+         moves(i) = any(abs(self%supported(i)%displacement_value) > 0) .or. any(abs(self%supported(i)%rotation_value) > 0)
+      end do
+      allocate (self%moved(count(moves)), self%motion(6, count(moves), 2), self%turned(count(moves)))
+      k = 0
+      do i = 1, size(self%supported)
+         if (.not. moves(i)) cycle
+         k = k + 1
+         self%moved(k) = self%supported(i)%node
+         self%motion(1:3, k, :) = self%supported(i)%displacement_value
+         self%motion(4:6, k, :) = self%supported(i)%rotation_value
+         self%turned(k) = self%supported(i)%rotations == 3
+      end do
+   end subroutine find_motion
+
+   !> Global nodal vectors (6, nodes) to the equations: components in node axes, held ones left out.
+   pure subroutine gather(self, nodal, x)
+      type(equations_t), intent(in) :: self
+      real(wp), intent(in) :: nodal(:, :)
+      real(wp), intent(out) :: x(:) !< (n)
+      real(wp) :: local(6)
+      integer :: i, k
+      do i = 1, size(self%number, 2)
+         local = nodal(:, i)
+         if (self%frame(i) > 0) then
+            local(1:3) = matmul(nodal(1:3, i), self%frames(:, :, self%frame(i)))
+            local(4:6) = matmul(nodal(4:6, i), self%frames(:, :, self%frame(i)))
+         end if
+         do k = 1, 6
+            if (self%number(k, i) > 0) x(self%number(k, i)) = local(k)
+         end do
+      end do
+   end subroutine gather
+
+   !> Equations to global nodal vectors (6, nodes): held components are zero.
+   pure subroutine scatter(self, x, nodal)
+      type(equations_t), intent(in) :: self
+      real(wp), intent(in) :: x(:) !< (n)
+      real(wp), intent(out) :: nodal(:, :)
+      real(wp) :: local(6)
+      integer :: i, k
+      do i = 1, size(self%number, 2)
+         local = 0
+         do k = 1, 6
+            if (self%number(k, i) > 0) local(k) = x(self%number(k, i))
+         end do
+         nodal(:, i) = local
+         if (self%frame(i) > 0) then
+            nodal(1:3, i) = matmul(self%frames(:, :, self%frame(i)), local(1:3))
+            nodal(4:6, i) = matmul(self%frames(:, :, self%frame(i)), local(4:6))
+         end if
+      end do
+   end subroutine scatter
+
+   pure function cross(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+   end function cross
+end module finshell_equations
