@@ -1,0 +1,153 @@
+!> Meshes of circular disks and their symmetric parts: concentric rings of nearly equal triangles.
+!>
+!> Ring k has k times as many edges as the first one, so element size is uniform and there is no crowd of slender triangles at the
+!> centre. Each sector is mirror-symmetric about its own axis: no diagonal direction is preferred.
+module finshell_mesh_disk
+   use finshell_kinds, only: wp, dp
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_status, only: status_input_error
+   use finshell_mesh, only: mesh_t, new_mesh, add_node_set, add_edge_set
+   use finshell_mesh_grid, only: require_positive, snap_to_planes
+   implicit none
+   private
+   public :: disk_mesh
+
+   real(wp), parameter :: pi = acos(-1.0_wp)
+
+contains
+
+   !> Disk in the plane z = 0 about the origin, normal +z: whole, half (y >= 0), quarter (x, y >= 0) or eighth (0 <= y <= x).
+   !>
+   !> A whole disk has sectors*rings**2 elements, a quarter of the disk a quarter of that. Sets: centre, rim, and on the straight
+   !> edges edge_y0 (y = 0; half, quarter, eighth), edge_x0 (x = 0; quarter), edge_diagonal (x = y; eighth); the ends of the
+   !> straight edges on the rim are rim_x (on +x, always), rim_y (on +y; not the eighth, nor
+   !> where the mesh has no node there), rim_diagonal (eighth).
+   subroutine disk_mesh(mesh, radius, rings, error, portion, sectors, grading)
+      type(mesh_t), intent(out) :: mesh
+      real(wp), intent(in) :: radius
+      integer, intent(in) :: rings !< elements from the centre to the rim
+      type(error_t), allocatable, intent(out) :: error
+      character(len=*), intent(in), optional :: portion !< 'full', 'half', 'quarter' (default) or 'eighth'
+      !> Edges of the first ring around the whole disk: default 8; a multiple of 1, 2, 4, 8 for full, half, quarter, eighth;
+      !> rim edges around the whole disk are sectors*rings.
+      integer, intent(in), optional :: sectors
+      real(wp), intent(in), optional :: grading !< width of the ring at the rim over that at the centre (geometric); default 1
+      character(len=:), allocatable :: chosen_portion
+      real(wp), allocatable :: x(:, :)
+      integer, allocatable :: t(:, :)
+      real(wp) :: ratio, r, a
+      integer :: parts, around, m, k, j, s, nodes, elements
+      logical :: closed
+
+      chosen_portion = 'quarter'
+      if (present(portion)) chosen_portion = portion
+      around = 8
+      if (present(sectors)) around = sectors
+      ratio = 1.0_wp
+      if (present(grading)) ratio = grading
+      select case (chosen_portion)
+      case ('full'); parts = 1
+      case ('half'); parts = 2
+      case ('quarter'); parts = 4
+      case ('eighth'); parts = 8
+      case default
+         call raise(error, status_input_error, "portion = '"//chosen_portion &
+            //"' is not known; known are: full, half, quarter, eighth")
+         return
+      end select
+      call require_positive('radius', radius, error)
+      call require_positive('grading', ratio, error)
+      if (allocated(error)) return
+      if (around < 3 .or. mod(around, parts) /= 0) then
+         call raise(error, status_input_error, 'sectors = '//text_of(around)//' must be at least 3 and, for a '//chosen_portion &
+            //' disk, a multiple of '//text_of(parts))
+         return
+      end if
+      m = around/parts
+      if (rings < 1 .or. real(m, wp)*real(rings, wp)**2 > 2.0e8_wp) then
+         call raise(error, status_input_error, 'rings = '//text_of(rings)//' must be positive and give fewer than 2e8 elements')
+         return
+      end if
+      closed = parts == 1
+      nodes = 1 + m*rings*(rings + 1)/2
+      if (.not. closed) nodes = nodes + rings
+      allocate (x(3, nodes), t(3, m*rings**2))
+      x(:, 1) = 0.0_wp
+      do k = 1, rings
+         r = radius*ring_position(k, rings, ratio)
+         do j = 0, merge(m*k - 1, m*k, closed)
+            a = 2.0_wp*pi/parts*real(j, wp)/(m*k)
+            x(:, ring_node(k, j)) = [r*cos(a), r*sin(a), 0.0_wp]
+         end do
+      end do
+      call snap_to_planes(x)
+      elements = 0
+      do k = 1, rings
+         do s = 0, m - 1
+            do j = 1, k
+               call append(ring_node(k - 1, s*(k - 1) + j - 1), ring_node(k, s*k + j - 1), ring_node(k, s*k + j))
+               if (j < k) call append(ring_node(k - 1, s*(k - 1) + j - 1), ring_node(k, s*k + j), ring_node(k - 1, s*(k - 1) + j))
+            end do
+         end do
+      end do
+      call new_mesh(mesh, x, t)
+      call add_sets()
+
+   contains
+
+      subroutine append(p, q, r)
+         integer, intent(in) :: p, q, r
+         elements = elements + 1
+         t(:, elements) = [p, q, r]
+      end subroutine append
+
+      !> Node j (from 0) of ring k; ring 0 is the centre.
+      pure integer function ring_node(k, j)
+         integer, intent(in) :: k, j
+         if (k == 0) then
+            ring_node = 1
+         else if (closed) then
+            ring_node = 2 + m*k*(k - 1)/2 + mod(j, m*k)
+         else
+            ring_node = 2 + m*k*(k - 1)/2 + (k - 1) + j
+         end if
+      end function ring_node
+
+      subroutine add_sets()
+         integer :: i, rim_edges
+         rim_edges = m*rings
+         call add_node_set(mesh, 'centre', [1])
+         call add_edge_set(mesh, 'rim', pairs([(ring_node(rings, i), i=0, rim_edges)]))
+         call add_node_set(mesh, 'rim_x', [ring_node(rings, 0)])
+         if (parts <= 4 .and. mod(rim_edges*parts, 4) == 0) call add_node_set(mesh, 'rim_y', [ring_node(rings, rim_edges*parts/4)])
+         select case (parts)
+         case (2)
+            call add_edge_set(mesh, 'edge_y0', pairs([(ring_node(i, m*i), i=rings, 1, -1), (ring_node(i, 0), i=0, rings)]))
+         case (4)
+            call add_edge_set(mesh, 'edge_y0', pairs([(ring_node(i, 0), i=0, rings)]))
+            call add_edge_set(mesh, 'edge_x0', pairs([(ring_node(i, m*i), i=0, rings)]))
+         case (8)
+            call add_edge_set(mesh, 'edge_y0', pairs([(ring_node(i, 0), i=0, rings)]))
+            call add_edge_set(mesh, 'edge_diagonal', pairs([(ring_node(i, m*i), i=0, rings)]))
+            call add_node_set(mesh, 'rim_diagonal', [ring_node(rings, rim_edges)])
+         end select
+      end subroutine add_sets
+   end subroutine disk_mesh
+
+   !> Relative radius of ring k when the widths of the rings form a geometric series whose last term is ratio times the first.
+   pure real(wp) function ring_position(k, rings, ratio)
+      integer, intent(in) :: k, rings
+      real(wp), intent(in) :: ratio
+      real(wp) :: growth(rings)
+      integer :: i
+      growth = [(ratio**(real(i - 1, wp)/max(rings - 1, 1)), i=1, rings)]
+      ring_position = sum(growth(:k))/sum(growth)
+   end function ring_position
+
+   pure function pairs(nodes) result(edges)
+      integer, intent(in) :: nodes(:)
+      integer :: edges(2, size(nodes) - 1)
+      edges(1, :) = nodes(:size(nodes) - 1)
+      edges(2, :) = nodes(2:)
+   end function pairs
+end module finshell_mesh_disk
