@@ -1,0 +1,87 @@
+!> What the result files receive at every converged increment: one record of numbers, and fields on nodes and elements.
+module finshell_field
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use finshell_kinds, only: wp
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_status, only: status_invalid_argument, status_not_a_number
+   implicit none
+   private
+   public :: field_t, increment_t, name_t, check_field, check_increment, check_name
+
+   !> A named field on the nodes or on the elements.
+   type :: field_t
+      character(len=:), allocatable :: name !< letters, digits, _ . - only: it becomes part of a path
+      integer :: components = 1 !< 1: scalar, 3: vector, ...
+      real(wp), allocatable :: values(:, :) !< (components, items); may stay unallocated until the first increment
+   end type field_t
+
+   !> The numbers of one converged increment.
+   type :: increment_t
+      integer :: increment = 0 !< 0 for the unloaded state, rising by any steps
+      real(wp) :: load_factor = 0.0_wp
+      integer :: iterations = 0
+      integer :: negative_pivots = 0 !< -1: unknown
+      real(wp), allocatable :: monitors(:) !< in the order of the monitor names
+   end type increment_t
+
+   !> A name of its own length, for lists of names.
+   type :: name_t
+      character(len=:), allocatable :: text
+   end type name_t
+
+contains
+
+   !> Refuse a field whose values are missing, of another shape than (components, items), or not finite.
+   !> `what` is 'node' or 'element'.
+   subroutine check_field(field, components, items, what, increment, error)
+      type(field_t), intent(in) :: field
+      integer, intent(in) :: components, items, increment
+      character(len=*), intent(in) :: what
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i
+      if (.not. allocated(field%values)) then
+         call raise(error, status_invalid_argument, 'result field '//field%name//' has no values at increment '//text_of(increment))
+      else if (size(field%values, 1) /= components .or. size(field%values, 2) /= items) then
+         call raise(error, status_invalid_argument, 'result field '//field%name//' at increment '//text_of(increment) &
+            & //': found '//text_of(size(field%values, 1))//' x '//text_of(size(field%values, 2))//' values, expected ' &
+            & //text_of(components)//' components for each '//what//', '//text_of(items)//' '//what//'s')
+      else
+         do i = 1, items
+            if (all(ieee_is_finite(field%values(:, i)))) cycle
+            call raise(error, status_not_a_number, 'result field '//field%name//' is not finite at '//what//' ' &
+               & //text_of(i)//' of increment '//text_of(increment)//'; the increment was not written')
+            exit
+         end do
+      end if
+   end subroutine check_field
+
+   !> Refuse an increment with the wrong number of monitored quantities, or one that is not finite.
+   subroutine check_increment(record, monitors, error)
+      type(increment_t), intent(in) :: record
+      type(name_t), intent(in) :: monitors(:)
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i, found
+      found = 0
+      if (allocated(record%monitors)) found = size(record%monitors)
+      if (found /= size(monitors)) then
+         call raise(error, status_invalid_argument, 'increment '//text_of(record%increment)//': found '//text_of(found) &
+            & //' monitored quantities, expected '//text_of(size(monitors)))
+         return
+      end if
+      if (.not. ieee_is_finite(record%load_factor)) call raise(error, status_not_a_number, &
+         & 'the load factor of increment '//text_of(record%increment)//' is not finite; the increment was not written')
+      do i = 1, found
+         if (.not. ieee_is_finite(record%monitors(i))) call raise(error, status_not_a_number, 'monitored quantity ' &
+            & //monitors(i)%text//' is not finite at increment '//text_of(record%increment)//'; the increment was not written')
+      end do
+   end subroutine check_increment
+
+   !> Refuse a name that cannot be part of a path in the result files.
+   subroutine check_name(name, what, error)
+      character(len=*), intent(in) :: name, what
+      type(error_t), allocatable, intent(out) :: error
+      character(len=*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-'
+      if (len(name) == 0 .or. verify(name, allowed) /= 0 .or. verify(name, '.') == 0) call raise(error, status_invalid_argument, &
+         & what//' "'//name//'": a name is made of letters, digits, "_", "-" and "."')
+   end subroutine check_name
+end module finshell_field

@@ -1,0 +1,181 @@
+!> The history file NAME.history.csv: one row per converged increment, in full precision, flushed at once.
+!>
+!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>. Names are quoted where CSV needs it.
+module finshell_history
+   use finshell_error, only: error_t, raise
+   use finshell_field, only: check_increment, increment_t, name_t
+   use finshell_status, only: status_io_error
+   implicit none
+   private
+   public :: history_file_t
+
+   type :: history_file_t
+      private
+      integer :: unit = -1
+      character(len=:), allocatable :: name
+      type(name_t), allocatable :: monitors(:)
+   contains
+      procedure :: create
+      procedure :: open_for_restart
+      procedure :: append
+      procedure :: close => close_history
+      procedure, private :: open_unit
+      procedure, private :: put
+   end type history_file_t
+
+contains
+
+   !> Create the file, replacing an existing one, and write the header.
+   subroutine create(self, name, monitors, error)
+      class(history_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(name_t), intent(in) :: monitors(:)
+      type(error_t), allocatable, intent(out) :: error
+      call self%open_unit(name, monitors, error)
+      if (.not. allocated(error)) call self%put(header(monitors), error)
+   end subroutine create
+
+   !> Continue an existing file after increment `last`; later rows, and a row that was cut off, are dropped.
+   subroutine open_for_restart(self, name, monitors, last, error)
+      class(history_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(name_t), intent(in) :: monitors(:)
+      integer, intent(in) :: last
+      type(error_t), allocatable, intent(out) :: error
+      type(name_t), allocatable :: lines(:)
+      integer :: i, increment, status
+      call read_lines(name, lines, error)
+      if (allocated(error)) return
+      if (size(lines) == 0) then
+         call raise(error, status_io_error, name//': cannot restart: the history file is empty')
+      else if (lines(1)%text /= header(monitors)) then
+         call raise(error, status_io_error, name//': cannot restart: the history file has the columns '//lines(1)%text &
+            & //', expected '//header(monitors))
+      else
+         call self%create(name, monitors, error)
+      end if
+      do i = 2, merge(0, size(lines), allocated(error))
+         read (lines(i)%text, *, iostat=status) increment
+         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 3 + size(monitors)) &
+            & call self%put(lines(i)%text, error)
+         if (allocated(error)) exit
+      end do
+   end subroutine open_for_restart
+
+   !> Append one row. A row that is not finite is refused.
+   subroutine append(self, record, error)
+      class(history_file_t), intent(inout) :: self
+      type(increment_t), intent(in) :: record
+      type(error_t), allocatable, intent(out) :: error
+      character(len=:), allocatable :: row
+      character(len=80) :: buffer
+      integer :: i
+      call check_increment(record, self%monitors, error)
+      if (allocated(error)) return
+      write (buffer, '(i0,",",es0.16e3,",",i0,",",i0)') record%increment, record%load_factor, record%iterations, &
+         & record%negative_pivots
+      row = trim(buffer)
+      do i = 1, size(self%monitors)
+         write (buffer, '(es0.16e3)') record%monitors(i)
+         row = row//','//trim(buffer)
+      end do
+      call self%put(row, error)
+   end subroutine append
+
+   subroutine close_history(self)
+      class(history_file_t), intent(inout) :: self
+      if (self%unit /= -1) close (self%unit)
+      self%unit = -1
+   end subroutine close_history
+
+   subroutine open_unit(self, name, monitors, error)
+      class(history_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(name_t), intent(in) :: monitors(:)
+      type(error_t), allocatable, intent(out) :: error
+      character(len=256) :: reason
+      integer :: status
+      self%name = name
+      self%monitors = monitors
+      open (newunit=self%unit, file=name, status='replace', action='write', form='unformatted', access='stream', &
+         & iostat=status, iomsg=reason)
+      if (status == 0) return
+      self%unit = -1
+      call raise(error, status_io_error, name//': cannot create the history file: '//trim(reason))
+   end subroutine open_unit
+
+   subroutine put(self, line, error)
+      class(history_file_t), intent(in) :: self
+      character(len=*), intent(in) :: line
+      type(error_t), allocatable, intent(out) :: error
+      character(len=256) :: reason
+      integer :: status
+      write (self%unit, iostat=status, iomsg=reason) line//new_line('a')
+      if (status == 0) flush (self%unit, iostat=status, iomsg=reason)
+      if (status /= 0) call raise(error, status_io_error, self%name//': cannot write the history file: '//trim(reason))
+   end subroutine put
+
+   function header(monitors) result(line)
+      type(name_t), intent(in) :: monitors(:)
+      character(len=:), allocatable :: line
+      integer :: i
+      line = 'increment,load_factor,iterations,negative_pivots'
+      do i = 1, size(monitors)
+         line = line//','//quoted(monitors(i)%text)
+      end do
+   end function header
+
+   !> A name as CSV wants it: in quotes, doubled inside, when it holds a comma, a quote or a blank at its ends.
+   pure function quoted(name) result(text)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: text
+      integer :: i
+      text = name
+      if (scan(name, ',"'//new_line('a')) == 0 .and. len_trim(adjustl(name)) == len(name)) return
+      text = '"'
+      do i = 1, len(name)
+         text = text//name(i:i)
+         if (name(i:i) == '"') text = text//'"'
+      end do
+      text = text//'"'
+   end function quoted
+
+   pure integer function count_commas(line)
+      character(len=*), intent(in) :: line
+      integer :: i
+      count_commas = 0
+      do i = 1, len(line)
+         if (line(i:i) == ',') count_commas = count_commas + 1
+      end do
+   end function count_commas
+
+   !> The complete lines of a file: a last line without its end is left out.
+   subroutine read_lines(name, lines, error)
+      character(len=*), intent(in) :: name
+      type(name_t), allocatable, intent(out) :: lines(:)
+      type(error_t), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      character(len=256) :: reason
+      integer :: unit, status, length, first, last
+      allocate (lines(0))
+      open (newunit=unit, file=name, status='old', action='read', form='unformatted', access='stream', iostat=status, &
+         & iomsg=reason)
+      if (status == 0) then
+         inquire (unit, size=length)
+         allocate (character(len=length) :: text)
+         read (unit, iostat=status, iomsg=reason) text
+         close (unit)
+      end if
+      if (status /= 0) then
+         call raise(error, status_io_error, name//': cannot read the history file: '//trim(reason))
+         return
+      end if
+      first = 1
+      do
+         last = index(text(first:), new_line('a'))
+         if (last == 0) exit
+         lines = [lines, name_t(text(first:first + last - 2))]
+         first = first + last
+      end do
+   end subroutine read_lines
+end module finshell_history

@@ -1,0 +1,505 @@
+!> The result file: VTKHDF (UnstructuredGrid with Steps, version 2.0), and finshell's own data in the group /finshell.
+!>
+!> The mesh is written once, in reference coordinates; every converged increment appends one step of each field and is
+!> flushed, so that a killed run leaves a readable file. Readers count steps by the attribute NSteps, which is written last.
+!> The time of a step is its increment number, because VTK wants rising times and a load factor may fall; the load factor
+!> is field data. An XDMF file of the same base name describes the same datasets to readers that do not know VTKHDF.
+!>
+!> Use: `create` or `open_for_restart`, then `append` for every increment, then `close`.
+module finshell_results
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_field, only: check_field, check_increment, check_name, field_t, increment_t, name_t
+   use finshell_hdf5, only: hdf5_byte, hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_table_t
+   use finshell_kinds, only: i8, wp
+   use finshell_status, only: status_invalid_argument, status_io_error
+   use finshell_xdmf, only: xdmf_file_t
+   implicit none
+   private
+   public :: results_file_t
+
+   integer(i8), parameter :: vtk_triangle = 5
+
+   !> The lists of the group Steps that are the same for every step, because there is one mesh of one part.
+   character(len=*), parameter :: same_lists(5) = [character(len=21) :: 'PartOffsets', 'PointOffsets', 'NumberOfParts', &
+      & 'CellOffsets', 'ConnectivityIdOffsets']
+   integer(i8), parameter :: same_values(5) = [0, 0, 1, 0, 0]
+   integer, parameter :: same_ranks(5) = [1, 1, 1, 2, 2]
+   character(len=*), parameter :: counters(3) = [character(len=15) :: 'increment', 'iterations', 'negative_pivots']
+
+   !> A field and the list of where each of its steps begins.
+   type :: series_t
+      character(len=:), allocatable :: name
+      type(hdf5_table_t) :: values, offsets
+      integer :: components = 1
+   end type series_t
+
+   type :: results_file_t
+      private
+      type(hdf5_file_t) :: file
+      type(xdmf_file_t) :: xdmf
+      character(len=:), allocatable :: name
+      integer :: nodes = 0, elements = 0
+      integer(i8) :: steps = 0, lines = 0
+      logical :: restartable = .false.
+      type(series_t), allocatable :: points(:), cells(:)
+      type(series_t) :: load_factor !< as field data of VTKHDF
+      type(name_t), allocatable :: monitors(:)
+      type(hdf5_table_t) :: times, same(5), history(3), factors, quaternions, log
+      type(hdf5_table_t), allocatable :: monitored(:)
+   contains
+      procedure :: create
+      procedure :: open_for_restart
+      procedure :: append
+      procedure :: log_line
+      procedure :: close => close_results
+      procedure, private :: attach
+      procedure, private :: compare_mesh
+      procedure, private :: write_mesh
+      procedure, private :: write_step
+   end type results_file_t
+
+contains
+
+   !> Create NAME.vtkhdf and NAME.xdmf for a file name NAME.vtkhdf. Existing files are replaced.
+   !>
+   !> A restartable file also keeps the nodal rotations, and needs the point field 'displacement'.
+   subroutine create(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, monitors, &
+      & restartable, error)
+      class(results_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: file_name
+      character(len=*), intent(in) :: version !< of finshell
+      character(len=*), intent(in) :: input_text !< the whole input file
+      real(wp), intent(in) :: coordinates(:, :) !< (3, nodes), reference configuration
+      integer, intent(in) :: triangles(:, :) !< (3, elements)
+      type(field_t), intent(in) :: point_fields(:), cell_fields(:) !< names and components of what `append` will receive
+      type(name_t), intent(in) :: monitors(:)
+      logical, intent(in) :: restartable
+      type(error_t), allocatable, intent(out) :: error
+      call check_fields(point_fields, 'point field', error)
+      if (.not. allocated(error)) call check_fields(cell_fields, 'cell field', error)
+      if (.not. allocated(error) .and. restartable .and. .not. has_displacement(point_fields)) &
+         & call raise(error, status_invalid_argument, file_name//': a restart needs the point field displacement with 3 components')
+      if (allocated(error)) return
+      self%name = file_name
+      call self%file%create(file_name, error)
+      if (allocated(error)) return
+      call self%write_mesh(coordinates, triangles, error)
+      if (.not. allocated(error)) call self%file%make_group('/finshell', error)
+      if (.not. allocated(error)) call self%file%set_text('/finshell', 'version', version, error)
+      if (.not. allocated(error)) call self%file%set_integers('/finshell', 'restartable', [merge(1_i8, 0_i8, restartable)], error)
+      if (.not. allocated(error)) call self%file%write_text('/finshell/input', input_text, error)
+      if (.not. allocated(error)) call self%file%make_group('/finshell/history', error)
+      if (.not. allocated(error)) call self%attach(.true., point_fields, cell_fields, monitors, restartable, error)
+      if (.not. allocated(error)) call self%file%flush(error)
+      if (.not. allocated(error)) call self%xdmf%create(xdmf_name(file_name), file_name, self%nodes, self%elements, error)
+   end subroutine create
+
+   !> Open a restartable file of the same mesh, fields and monitors, to continue after its last complete step.
+   !> Returns that step, with displacement (3, nodes) and rotation quaternions (4, nodes).
+   subroutine open_for_restart(self, file_name, coordinates, triangles, point_fields, cell_fields, monitors, last, &
+      & displacement, quaternions, error)
+      class(results_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: file_name
+      real(wp), intent(in) :: coordinates(:, :)
+      integer, intent(in) :: triangles(:, :)
+      type(field_t), intent(in) :: point_fields(:), cell_fields(:)
+      type(name_t), intent(in) :: monitors(:)
+      type(increment_t), intent(out) :: last
+      real(wp), contiguous, intent(out) :: displacement(:, :), quaternions(:, :)
+      type(error_t), allocatable, intent(out) :: error
+      type(increment_t), allocatable :: records(:)
+      integer(i8) :: restartable
+      integer :: i
+      self%name = file_name
+      call self%file%open(file_name, error)
+      if (.not. allocated(error)) call self%file%get_integer('/finshell', 'restartable', restartable, error)
+      if (.not. allocated(error)) call self%file%get_integer('/VTKHDF/Steps', 'NSteps', self%steps, error)
+      if (allocated(error)) return
+      if (restartable == 0 .or. .not. has_displacement(point_fields)) then
+         call raise(error, status_io_error, file_name//': cannot restart: the file was written without the data for a restart')
+      else if (self%steps == 0) then
+         call raise(error, status_io_error, file_name//': cannot restart: the file holds no complete step')
+      else
+         call self%compare_mesh(coordinates, triangles, error)
+      end if
+      if (.not. allocated(error)) call self%attach(.false., point_fields, cell_fields, monitors, .true., error)
+      if (.not. allocated(error)) call read_records(self, records, error)
+      if (allocated(error)) return
+      last = records(size(records))
+      do i = 1, size(point_fields)
+         if (point_fields(i)%name == 'displacement') &
+            & call self%points(i)%values%get_reals((self%steps - 1)*self%nodes, displacement, error)
+      end do
+      if (.not. allocated(error)) call self%quaternions%get_reals((self%steps - 1)*self%nodes, quaternions, error)
+      if (.not. allocated(error)) call self%xdmf%create(xdmf_name(file_name), file_name, self%nodes, self%elements, error)
+      do i = 1, size(records)
+         if (.not. allocated(error)) call self%xdmf%append(i - 1, records(i), point_fields, cell_fields, error)
+      end do
+   end subroutine open_for_restart
+
+   !> Append one converged increment: fields in the order of `create`, with values. Nothing is written if anything is wrong.
+   subroutine append(self, record, point_fields, cell_fields, error, quaternions)
+      class(results_file_t), intent(inout) :: self
+      type(increment_t), intent(in) :: record
+      type(field_t), intent(in) :: point_fields(:), cell_fields(:)
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), optional, intent(in) :: quaternions(:, :) !< (4, nodes), in a restartable file
+      type(field_t) :: rotations
+      if (.not. self%file%is_open()) then
+         call raise(error, status_invalid_argument, 'results cannot be appended: the result file is not open')
+      else if (self%restartable .and. .not. present(quaternions)) then
+         call raise(error, status_invalid_argument, self%name//': the rotations are missing, which a restart needs')
+      end if
+      if (.not. allocated(error)) call check_increment(record, self%monitors, error)
+      if (.not. allocated(error)) call check_series(self%points, point_fields, self%nodes, 'node', record%increment, error)
+      if (.not. allocated(error)) call check_series(self%cells, cell_fields, self%elements, 'element', record%increment, error)
+      if (.not. allocated(error) .and. self%restartable) then
+         rotations = field_t('rotation quaternion', 4, quaternions)
+         call check_field(rotations, 4, self%nodes, 'node', record%increment, error)
+      end if
+      if (.not. allocated(error)) call self%write_step(record, point_fields, cell_fields, rotations, error)
+      ! data first, then the number of steps: what a reader finds is complete
+      if (.not. allocated(error)) call self%file%flush(error)
+      if (.not. allocated(error)) call self%file%set_integers('/VTKHDF/Steps', 'NSteps', [self%steps + 1], error)
+      if (.not. allocated(error)) call self%file%flush(error)
+      if (allocated(error)) return
+      self%steps = self%steps + 1
+      call self%xdmf%append(int(self%steps) - 1, record, point_fields, cell_fields, error)
+   end subroutine append
+
+   !> Append a line to the solver log in the file; it reaches the disk with the next increment.
+   subroutine log_line(self, line, error)
+      class(results_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: line
+      type(error_t), allocatable, intent(out) :: error
+      call self%log%put_line(self%lines, line, error)
+      if (.not. allocated(error)) self%lines = self%lines + 1
+   end subroutine log_line
+
+   subroutine close_results(self, error)
+      class(results_file_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i
+      call self%xdmf%close()
+      if (.not. self%file%is_open()) return
+      if (allocated(self%points)) then
+         do i = 1, size(self%points)
+            call close_series(self%points(i))
+         end do
+         do i = 1, size(self%cells)
+            call close_series(self%cells(i))
+         end do
+         do i = 1, size(self%monitored)
+            call self%monitored(i)%close()
+         end do
+      end if
+      call close_series(self%load_factor)
+      do i = 1, size(self%same)
+         call self%same(i)%close()
+      end do
+      do i = 1, size(self%history)
+         call self%history(i)%close()
+      end do
+      call self%times%close()
+      call self%factors%close()
+      call self%quaternions%close()
+      call self%log%close()
+      call self%file%close(error)
+   end subroutine close_results
+
+   subroutine write_mesh(self, coordinates, triangles, error)
+      class(results_file_t), intent(inout) :: self
+      real(wp), intent(in) :: coordinates(:, :)
+      integer, intent(in) :: triangles(:, :)
+      type(error_t), allocatable, intent(out) :: error
+      type(field_t) :: points
+      integer :: i
+      self%nodes = size(coordinates, 2)
+      self%elements = size(triangles, 2)
+      self%steps = 0
+      points = field_t('coordinates', 3, coordinates)
+      call check_field(points, 3, self%nodes, 'node', 0, error)
+      if (.not. allocated(error)) call self%file%make_group('/VTKHDF', error)
+      if (.not. allocated(error)) call self%file%set_text('/VTKHDF', 'Type', 'UnstructuredGrid', error)
+      if (.not. allocated(error)) call self%file%set_integers('/VTKHDF', 'Version', [2_i8, 0_i8], error)
+      if (allocated(error)) return
+      call put_once('NumberOfPoints', hdf5_integer, [int(self%nodes, i8)])
+      call put_once('NumberOfCells', hdf5_integer, [int(self%elements, i8)])
+      call put_once('NumberOfConnectivityIds', hdf5_integer, [3_i8*self%elements])
+      call put_once('Connectivity', hdf5_integer, int(reshape(triangles, [3*self%elements]), i8) - 1)
+      call put_once('Offsets', hdf5_integer, [(3_i8*i, i=0, self%elements)])
+      call put_once('Types', hdf5_byte, [(vtk_triangle, i=1, self%elements)])
+      if (.not. allocated(error)) call put_points(points%values)
+      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/PointData', error)
+      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/CellData', error)
+      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/FieldData', error)
+      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/Steps', error)
+      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/Steps/PointDataOffsets', error)
+      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/Steps/CellDataOffsets', error)
+      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/Steps/FieldDataOffsets', error)
+      if (.not. allocated(error)) call self%file%set_integers('/VTKHDF/Steps', 'NSteps', [0_i8], error)
+   contains
+      subroutine put_once(name, kind, values)
+         character(len=*), intent(in) :: name
+         integer, intent(in) :: kind
+         integer(i8), contiguous, intent(in) :: values(:)
+         type(hdf5_table_t) :: table
+         if (.not. allocated(error)) call table%create(self%file, '/VTKHDF/'//name, kind, error, rows=size(values))
+         if (.not. allocated(error)) call table%put_integers(0_i8, values, error)
+         call table%close()
+      end subroutine put_once
+
+      subroutine put_points(values)
+         real(wp), contiguous, intent(in) :: values(:, :)
+         type(hdf5_table_t) :: table
+         call table%create(self%file, '/VTKHDF/Points', hdf5_real, error, components=3, rows=size(values, 2))
+         if (.not. allocated(error)) call table%put_reals(0_i8, values, error)
+         call table%close()
+      end subroutine put_points
+   end subroutine write_mesh
+
+   !> A file can only be continued with the mesh it was written with.
+   subroutine compare_mesh(self, coordinates, triangles, error)
+      class(results_file_t), intent(inout) :: self
+      real(wp), intent(in) :: coordinates(:, :)
+      integer, intent(in) :: triangles(:, :)
+      type(error_t), allocatable, intent(out) :: error
+      type(hdf5_table_t) :: points, connectivity
+      real(wp), allocatable :: x(:, :)
+      integer(i8), allocatable :: corners(:)
+      integer(i8) :: nodes, rows
+      logical :: same
+      same = .false.
+      self%nodes = size(coordinates, 2)
+      self%elements = size(triangles, 2)
+      allocate (x(3, self%nodes), corners(3*self%elements))
+      call points%open(self%file, '/VTKHDF/Points', hdf5_real, nodes, error, components=3)
+      if (.not. allocated(error)) call connectivity%open(self%file, '/VTKHDF/Connectivity', hdf5_integer, rows, error)
+      if (.not. allocated(error) .and. nodes == self%nodes .and. rows == size(corners)) then
+         call points%get_reals(0_i8, x, error)
+         if (.not. allocated(error)) call connectivity%get_integers(0_i8, corners, error)
+         if (.not. allocated(error)) same = all(abs(x - coordinates) <= epsilon(x)*abs(x)) &
+            & .and. all(corners + 1 == reshape(triangles, [size(triangles)]))
+      end if
+      call points%close()
+      call connectivity%close()
+      if (.not. allocated(error) .and. .not. same) call raise(error, status_io_error, self%name &
+         & //': cannot restart: the file holds another mesh')
+   end subroutine compare_mesh
+
+   !> Create the tables that grow, or open them and cut them to the complete steps.
+   subroutine attach(self, fresh, point_fields, cell_fields, monitors, restartable, error)
+      class(results_file_t), intent(inout) :: self
+      logical, intent(in) :: fresh
+      type(field_t), intent(in) :: point_fields(:), cell_fields(:)
+      type(name_t), intent(in) :: monitors(:)
+      logical, intent(in) :: restartable
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i
+      self%restartable = restartable
+      self%monitors = monitors
+      allocate (self%points(size(point_fields)), self%cells(size(cell_fields)), self%monitored(size(monitors)))
+      call grow(self%times, '/VTKHDF/Steps/Values', hdf5_real, 1)
+      do i = 1, size(same_lists)
+         call grow(self%same(i), '/VTKHDF/Steps/'//trim(same_lists(i)), hdf5_integer, 1, rank=same_ranks(i))
+      end do
+      do i = 1, size(point_fields)
+         call grow_series(self%points(i), 'PointData', point_fields(i), self%nodes)
+      end do
+      do i = 1, size(cell_fields)
+         call grow_series(self%cells(i), 'CellData', cell_fields(i), self%elements)
+      end do
+      call grow_series(self%load_factor, 'FieldData', field_t('load_factor', 1), 1)
+      do i = 1, size(counters)
+         call grow(self%history(i), '/finshell/history/'//trim(counters(i)), hdf5_integer, 1)
+      end do
+      call grow(self%factors, '/finshell/history/load_factor', hdf5_real, 1)
+      do i = 1, size(monitors)
+         call grow(self%monitored(i), '/finshell/history/'//without_slash(monitors(i)%text), hdf5_real, 1)
+      end do
+      if (restartable) call grow(self%quaternions, '/finshell/quaternions', hdf5_real, 4, items=self%nodes)
+      self%lines = 0
+      if (.not. allocated(error)) then
+         if (fresh) then
+            call self%log%create(self%file, '/finshell/log', hdf5_line, error)
+         else
+            call self%log%open(self%file, '/finshell/log', hdf5_line, self%lines, error)
+         end if
+      end if
+   contains
+      subroutine grow(table, path, kind, components, items, rank)
+         type(hdf5_table_t), intent(inout) :: table
+         character(len=*), intent(in) :: path
+         integer, intent(in) :: kind, components
+         integer, optional, intent(in) :: items, rank
+         integer(i8) :: rows, complete
+         if (allocated(error)) return
+         if (fresh) then
+            call table%create(self%file, path, kind, error, components, items, rank)
+            return
+         end if
+         call table%open(self%file, path, kind, rows, error, components, rank)
+         if (allocated(error)) return
+         complete = self%steps
+         if (present(items)) complete = complete*items
+         if (rows < complete) then
+            call raise(error, status_io_error, self%name//': '//path//' is shorter than the number of steps: damaged file')
+         else if (rows > complete) then
+            call table%resize(complete, error)
+         end if
+      end subroutine grow
+
+      subroutine grow_series(series, group, field, items)
+         type(series_t), intent(inout) :: series
+         character(len=*), intent(in) :: group
+         type(field_t), intent(in) :: field
+         integer, intent(in) :: items
+         series%name = field%name
+         series%components = field%components
+         call grow(series%values, '/VTKHDF/'//group//'/'//field%name, hdf5_real, field%components, items=items)
+         call grow(series%offsets, '/VTKHDF/Steps/'//group//'Offsets/'//field%name, hdf5_integer, 1)
+      end subroutine grow_series
+   end subroutine attach
+
+   subroutine write_step(self, record, point_fields, cell_fields, rotations, error)
+      class(results_file_t), intent(inout) :: self
+      type(increment_t), intent(in) :: record
+      type(field_t), intent(in) :: point_fields(:), cell_fields(:), rotations
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i
+      do i = 1, size(point_fields)
+         call put_series(self%points(i), self%nodes, point_fields(i)%values)
+      end do
+      do i = 1, size(cell_fields)
+         call put_series(self%cells(i), self%elements, cell_fields(i)%values)
+      end do
+      call put_series(self%load_factor, 1, reshape([record%load_factor], [1, 1]))
+      if (self%restartable .and. .not. allocated(error)) &
+         & call self%quaternions%put_reals(self%steps*self%nodes, rotations%values, error)
+      call put_real(self%times, real(record%increment, wp))
+      do i = 1, size(same_lists)
+         call put_integer(self%same(i), same_values(i))
+      end do
+      call put_integer(self%history(1), int(record%increment, i8))
+      call put_integer(self%history(2), int(record%iterations, i8))
+      call put_integer(self%history(3), int(record%negative_pivots, i8))
+      call put_real(self%factors, record%load_factor)
+      do i = 1, size(self%monitored)
+         call put_real(self%monitored(i), record%monitors(i))
+      end do
+   contains
+      subroutine put_series(series, items, values)
+         type(series_t), intent(in) :: series
+         integer, intent(in) :: items
+         real(wp), contiguous, intent(in) :: values(:, :)
+         if (.not. allocated(error)) call series%values%put_reals(self%steps*items, values, error)
+         call put_integer(series%offsets, self%steps*items)
+      end subroutine put_series
+
+      subroutine put_real(table, value)
+         type(hdf5_table_t), intent(in) :: table
+         real(wp), intent(in) :: value
+         if (.not. allocated(error)) call table%put_reals(self%steps, reshape([value], [1, 1]), error)
+      end subroutine put_real
+
+      subroutine put_integer(table, value)
+         type(hdf5_table_t), intent(in) :: table
+         integer(i8), intent(in) :: value
+         if (.not. allocated(error)) call table%put_integers(self%steps, [value], error)
+      end subroutine put_integer
+   end subroutine write_step
+
+   !> The history of all complete steps.
+   subroutine read_records(self, records, error)
+      class(results_file_t), intent(in) :: self
+      type(increment_t), allocatable, intent(out) :: records(:)
+      type(error_t), allocatable, intent(out) :: error
+      integer(i8), allocatable :: counts(:, :)
+      real(wp), allocatable :: factors(:, :), monitors(:, :, :)
+      integer :: i, n
+      n = int(self%steps)
+      allocate (records(n), counts(n, size(counters)), factors(1, n), monitors(1, n, size(self%monitored)))
+      do i = 1, size(counters)
+         if (.not. allocated(error)) call self%history(i)%get_integers(0_i8, counts(:, i), error)
+      end do
+      if (.not. allocated(error)) call self%factors%get_reals(0_i8, factors, error)
+      do i = 1, size(self%monitored)
+         if (.not. allocated(error)) call self%monitored(i)%get_reals(0_i8, monitors(:, :, i), error)
+      end do
+      if (allocated(error)) return
+      do i = 1, n
+         records(i) = increment_t(int(counts(i, 1)), factors(1, i), int(counts(i, 2)), int(counts(i, 3)), monitors(1, i, :))
+      end do
+   end subroutine read_records
+
+   subroutine check_series(series, fields, items, what, increment, error)
+      type(series_t), intent(in) :: series(:)
+      type(field_t), intent(in) :: fields(:)
+      integer, intent(in) :: items, increment
+      character(len=*), intent(in) :: what
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i
+      if (size(fields) /= size(series)) call raise(error, status_invalid_argument, 'found '//text_of(size(fields))//' ' &
+         & //what//' fields at increment '//text_of(increment)//', expected '//text_of(size(series)))
+      do i = 1, size(series)
+         if (allocated(error)) return
+         call check_field(fields(i), series(i)%components, items, what, increment, error)
+         if (.not. allocated(error) .and. fields(i)%name /= series(i)%name) call raise(error, status_invalid_argument, &
+            & 'found '//what//' field '//fields(i)%name//' at increment '//text_of(increment)//', expected '//series(i)%name)
+      end do
+   end subroutine check_series
+
+   subroutine close_series(series)
+      type(series_t), intent(inout) :: series
+      call series%values%close()
+      call series%offsets%close()
+   end subroutine close_series
+
+   subroutine check_fields(fields, what, error)
+      type(field_t), intent(in) :: fields(:)
+      character(len=*), intent(in) :: what
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i, j
+      do i = 1, size(fields)
+         call check_name(fields(i)%name, what, error)
+         if (allocated(error)) return
+         do j = 1, i - 1
+            if (fields(i)%name == fields(j)%name) call raise(error, status_invalid_argument, what//' '//fields(i)%name &
+               & //' is requested twice')
+         end do
+         if (fields(i)%components < 1) call raise(error, status_invalid_argument, what//' '//fields(i)%name &
+            & //' needs at least one component')
+         if (allocated(error)) return
+      end do
+   end subroutine check_fields
+
+   pure logical function has_displacement(fields)
+      type(field_t), intent(in) :: fields(:)
+      integer :: i
+      has_displacement = .false.
+      do i = 1, size(fields)
+         if (fields(i)%name == 'displacement' .and. fields(i)%components == 3) has_displacement = .true.
+      end do
+   end function has_displacement
+
+   !> NAME.xdmf for NAME.vtkhdf.
+   pure function xdmf_name(file_name) result(name)
+      character(len=*), intent(in) :: file_name
+      character(len=:), allocatable :: name
+      integer :: dot
+      dot = index(file_name, '.', back=.true.)
+      if (dot <= index(file_name, '/', back=.true.)) dot = len(file_name) + 1
+      name = file_name(:dot - 1)//'.xdmf'
+   end function xdmf_name
+
+   !> A name that does not open a group of its own.
+   pure function without_slash(name) result(safe)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: safe
+      integer :: i
+      safe = name
+      do i = 1, len(safe)
+         if (safe(i:i) == '/') safe(i:i) = '_'
+      end do
+   end function without_slash
+end module finshell_results

@@ -1,0 +1,155 @@
+!> XDMF file beside a VTKHDF file, for readers that do not know VTKHDF: every step points into the same datasets.
+!>
+!> The end of the document is rewritten with every step, so that the file is complete at any time.
+module finshell_xdmf
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_field, only: field_t, increment_t
+   use finshell_kinds, only: i8
+   use finshell_status, only: status_io_error
+   implicit none
+   private
+   public :: xdmf_file_t
+
+   character(len=*), parameter :: nl = new_line('a')
+   character(len=*), parameter :: tail = '  </Grid>'//nl//' </Domain>'//nl//'</Xdmf>'//nl
+
+   type :: xdmf_file_t
+      private
+      integer :: unit = -1
+      integer(i8) :: position = 1 !< where the next step goes
+      character(len=:), allocatable :: name, source
+      integer :: nodes = 0, elements = 0
+   contains
+      procedure :: create
+      procedure :: append
+      procedure :: close => close_file
+      procedure, private :: put
+   end type xdmf_file_t
+
+contains
+
+   !> Create the file; `hdf5_name` is the VTKHDF file beside it.
+   subroutine create(self, name, hdf5_name, nodes, elements, error)
+      class(xdmf_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: name, hdf5_name
+      integer, intent(in) :: nodes, elements
+      type(error_t), allocatable, intent(out) :: error
+      character(len=256) :: reason
+      integer :: status
+      self%name = name
+      self%source = escaped(hdf5_name(index(hdf5_name, '/', back=.true.) + 1:))
+      self%nodes = nodes
+      self%elements = elements
+      self%position = 1
+      open (newunit=self%unit, file=name, status='replace', action='write', form='unformatted', access='stream', &
+         & iostat=status, iomsg=reason)
+      if (status /= 0) then
+         self%unit = -1
+         call raise(error, status_io_error, name//': cannot create the XDMF file: '//trim(reason))
+         return
+      end if
+      call self%put('<?xml version="1.0"?>'//nl//'<Xdmf Version="2.0">'//nl//' <Domain>'//nl &
+         & //'  <Grid Name="finshell" GridType="Collection" CollectionType="Temporal">'//nl, error)
+   end subroutine create
+
+   !> Describe step `step` (counted from 0) of the VTKHDF file.
+   subroutine append(self, step, record, point_fields, cell_fields, error)
+      class(xdmf_file_t), intent(inout) :: self
+      integer, intent(in) :: step
+      type(increment_t), intent(in) :: record
+      type(field_t), intent(in) :: point_fields(:), cell_fields(:)
+      type(error_t), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      integer :: i
+      text = '   <Grid Name="increment '//text_of(record%increment)//'">'//nl &
+         & //'    <Time Value="'//text_of(record%increment)//'"/>'//nl &
+         & //'    <Information Name="load_factor" Value="'//text_of(record%load_factor)//'"/>'//nl &
+         & //'    <Topology TopologyType="Triangle" NumberOfElements="'//text_of(self%elements)//'">'//nl &
+         & //'     <DataItem Format="HDF" NumberType="Int" Precision="8" Dimensions="'//text_of(self%elements)//' 3">' &
+         & //self%source//':/VTKHDF/Connectivity</DataItem>'//nl//'    </Topology>'//nl &
+         & //'    <Geometry GeometryType="XYZ">'//nl &
+         & //'     <DataItem Format="HDF" NumberType="Float" Precision="8" Dimensions="'//text_of(self%nodes)//' 3">' &
+         & //self%source//':/VTKHDF/Points</DataItem>'//nl//'    </Geometry>'//nl
+      do i = 1, size(point_fields)
+         text = text//attribute(self%source, point_fields(i), 'Node', 'PointData', self%nodes, step)
+      end do
+      do i = 1, size(cell_fields)
+         text = text//attribute(self%source, cell_fields(i), 'Cell', 'CellData', self%elements, step)
+      end do
+      call self%put(text//'   </Grid>'//nl, error)
+   end subroutine append
+
+   subroutine close_file(self)
+      class(xdmf_file_t), intent(inout) :: self
+      if (self%unit /= -1) close (self%unit)
+      self%unit = -1
+   end subroutine close_file
+
+   !> One field at one step: the rows step * items ... of its dataset.
+   function attribute(source, field, center, group, items, step) result(text)
+      character(len=*), intent(in) :: source, center, group
+      type(field_t), intent(in) :: field
+      integer, intent(in) :: items, step
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: columns, one, zero, all, kind
+      ! a scalar field is a list in the file: its selection has one dimension, not two
+      columns = ''
+      zero = ''
+      one = ''
+      if (field%components > 1) then
+         columns = ' '//text_of(field%components)
+         zero = ' 0'
+         one = ' 1'
+      end if
+      kind = 'Matrix'
+      if (field%components == 1) kind = 'Scalar'
+      if (field%components == 3) kind = 'Vector'
+      all = big((step + 1_i8) * items)
+      text = '    <Attribute Name="'//field%name//'" AttributeType="'//kind//'" Center="'//center//'">'//nl &
+         & //'     <DataItem ItemType="HyperSlab" Dimensions="'//text_of(items)//columns//'">'//nl &
+         & //'      <DataItem Format="XML" NumberType="Int" Precision="8" Dimensions="3 '//trim(merge('2', '1', one /= '')) &
+         & //'">'//big(int(step, i8) * items)//zero//'  1'//one//'  '//text_of(items)//columns//'</DataItem>'//nl &
+         & //'      <DataItem Format="HDF" NumberType="Float" Precision="8" Dimensions="'//all//columns//'">' &
+         & //source//':/VTKHDF/'//group//'/'//field%name//'</DataItem>'//nl &
+         & //'     </DataItem>'//nl//'    </Attribute>'//nl
+   end function attribute
+
+   !> Write `text` over the end of the document, and a new end after it, in one piece.
+   subroutine put(self, text, error)
+      class(xdmf_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: text
+      type(error_t), allocatable, intent(out) :: error
+      character(len=256) :: reason
+      integer :: status
+      write (self%unit, pos=self%position, iostat=status, iomsg=reason) text//tail
+      if (status == 0) flush (self%unit, iostat=status, iomsg=reason)
+      if (status /= 0) call raise(error, status_io_error, self%name//': cannot write the XDMF file: '//trim(reason))
+      self%position = self%position + len(text)
+   end subroutine put
+
+   !> Text with the characters replaced that mean something to XML.
+   pure function escaped(text) result(safe)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: safe
+      integer :: i
+      safe = ''
+      do i = 1, len(text)
+         select case (text(i:i))
+         case ('&'); safe = safe//'&amp;'
+         case ('<'); safe = safe//'&lt;'
+         case ('>'); safe = safe//'&gt;'
+         case ('"'); safe = safe//'&quot;'
+         case default; safe = safe//text(i:i)
+         end select
+      end do
+   end function escaped
+
+   !> A large integer as text.
+   pure function big(i) result(text)
+      integer(i8), intent(in) :: i
+      character(len=:), allocatable :: text
+      character(len=24) :: buffer
+      write (buffer, '(i0)') i
+      text = trim(buffer)
+   end function big
+end module finshell_xdmf
