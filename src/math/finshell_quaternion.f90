@@ -1,7 +1,7 @@
 !> Unit quaternions q = (q0, qx, qy, qz), scalar part first: the rotation of a node without singularity, for any number of turns.
 module finshell_quaternion
    use finshell_kinds, only: wp
-   use finshell_rotation_coefficients, only: log_coefficient
+   use finshell_rotation_coefficients, only: log_coefficients
    implicit none
    private
    public :: identity_quaternion, quaternion_product, quaternion_conjugate, quaternion_normalise
@@ -99,9 +99,10 @@ contains
    pure function quaternion_to_rotation_vector(q) result(v)
       real(wp), intent(in) :: q(4)
       real(wp) :: v(3)
-      real(wp) :: p(4)
+      real(wp) :: p(4), c(1)
       p = upper_half(q)
-      v = log_coefficient(p(2)*p(2) + p(3)*p(3) + p(4)*p(4), p(1))*p(2:4)
+      call log_coefficients(1, [p(2)*p(2) + p(3)*p(3) + p(4)*p(4)], p(1:1), c)
+      v = c(1)*p(2:4)
    end function quaternion_to_rotation_vector
 
    !> q turned by the spatial spin increment omega: exp(omega) q, normalised.

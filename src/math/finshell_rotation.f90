@@ -111,16 +111,18 @@ contains
    pure function coefficients(a) result(c)
       real(wp), intent(in) :: a
       real(wp) :: c(5)
-      call tangent_coefficients(a, sin(0.5_wp*a), cos(0.5_wp*a), c(1), c(2), c(3), c(4), c(5))
+      call tangent_coefficients(1, [a], [sin(0.5_wp*a)], [cos(0.5_wp*a)], c(1), c(2), c(3), c(4), c(5))
    end function coefficients
 
    !> eta and mu for any angle: the closed form does not cancel beyond pi.
    pure subroutine inverse_coefficients(a, eta, mu)
       real(wp), intent(in) :: a
       real(wp), intent(out) :: eta, mu
-      real(wp) :: sine, x
+      real(wp) :: sine, x, e(1), m(1)
       if (a <= pi) then
-         call inverse_tangent_coefficients(a*a, eta, mu)
+         call inverse_tangent_coefficients(1, [a*a], e, m)
+         eta = e(1)
+         mu = m(1)
       else
          sine = sin(0.5_wp*a)
          x = 0.5_wp*a*cos(0.5_wp*a)/sine
