@@ -1,0 +1,68 @@
+# The front door. `make run` and `make test` are enough; both install what is missing (Debian, Ubuntu; as root or with sudo).
+
+PRESET ?= release
+JOBS ?= $(shell nproc)
+BUILD := build/$(PRESET)
+VENV := build/venv
+# What tools/install_dependencies put into build/venv comes first.
+export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
+
+.DEFAULT_GOAL := help
+.PHONY: help run test build benchmark lint format install clean distclean configure fpm-build fpm-run fpm-test
+
+help: ## Show this list
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
+
+run: ## Solve the rubber disk and draw its pictures (examples/rubber_disk)
+	@tools/install_dependencies build run
+	@$(MAKE) --no-print-directory configure compile
+	FINSHELL_BIN=$(CURDIR)/build/bin/finshell $(VENV)/bin/python examples/rubber_disk/run.py
+
+test: ## Build and run all tests
+	@tools/install_dependencies build test
+	@$(MAKE) --no-print-directory configure compile
+	ctest --preset $(PRESET) -j $(JOBS)
+
+build: ## Build everything: build/bin, build/lib
+	@tools/install_dependencies build
+	@$(MAKE) --no-print-directory configure compile
+
+# ctest of a preset that was configured before needs nothing from here; PRESET=debug, quad, portable select another one.
+.PHONY: compile
+configure:
+	@cmake --preset $(PRESET) $(if $(wildcard $(VENV)/bin/python),-DFINSHELL_PYTHON=$(CURDIR)/$(VENV)/bin/python) --log-level=WARNING >/dev/null
+compile:
+	@cmake --build --preset $(PRESET) -j $(JOBS)
+
+benchmark: build ## Run the benchmark programs
+	@for program in build/bin/bench_*; do [ ! -x $$program ] || { echo "== $$program"; $$program || exit 1; }; done
+
+lint: ## Check style (fortitude) and indentation (findent)
+	@tools/install_dependencies test
+	@tools/lint
+
+format: ## Indent all Fortran sources
+	@tools/install_dependencies test
+	@tools/indent --write
+
+install: build ## Install under PREFIX (default /usr/local)
+	cmake --install $(BUILD) --prefix $(or $(PREFIX),/usr/local)
+
+# fpm: plain `fpm build`, `fpm run`, `fpm test` work too; these add the machine's optimisation flags (tools/fpm).
+fpm-build: ## Build with fpm
+	@tools/install_dependencies build test
+	tools/fpm build
+
+fpm-run: ## Run the driver with fpm; ARGS="run input.nml"
+	@tools/install_dependencies build test
+	tools/fpm run -- $(ARGS)
+
+fpm-test: ## Run the .pf tests with fpm
+	@tools/install_dependencies build test
+	tools/fpm test
+
+clean: ## Remove what was built (keeps build/venv)
+	rm -rf build/release build/portable build/debug build/quad build/bin build/lib build/fpm-tests build/gfortran_* build/cache.toml
+
+distclean: ## Remove the whole build folder
+	rm -rf build

@@ -1,0 +1,179 @@
+"""Rules on the structure of the sources, read from their text.
+
+1. `use` goes one way: base, math, material, section, element, batch, model, solver, io, app; api sits on the kernel only.
+2. Kernel (math, material without its registry, section, element): no input or output, no stop, no save, no module variables; no
+   allocation, except while something is set up (procedures new_*, components of types).
+3. Nothing but app prints or stops.
+4. No file of src is longer than 400 lines, unless long_files.txt gives a reason.
+"""
+import os
+import re
+
+ORDER = ["base", "math", "material", "section", "element", "batch", "model", "solver", "io", "app"]
+KERNEL = {"math", "material", "section", "element"}
+OPEN_TO_API = {"base", "math", "section", "element", "batch"}
+MATERIAL_OPEN_TO_API = {"finshell_registry", "finshell_material"}
+LONGEST = 400
+
+
+def statements(text):
+    """(line number, statement) in lower case: comments and the inside of strings removed, continuations joined, split at ;"""
+    found, current, start = [], "", 0
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.startswith("#"):
+            continue
+        code = re.sub(r"'[^']*'|\"[^\"]*\"", "''", line).split("!")[0].strip()
+        if not code:
+            continue
+        if not current:
+            start = number
+        current += (" " if current else "") + code.lstrip("&").rstrip("&").strip()
+        if code.endswith("&"):
+            continue
+        found += [(start, part.strip().lower()) for part in current.split(";") if part.strip()]
+        current = ""
+    return found
+
+
+def action_of(statement):
+    """What a statement does: without the condition of a one-line if."""
+    if not re.match(r"if\s*\(", statement):
+        return statement
+    depth = 0
+    for i, c in enumerate(statement):
+        depth += (c == "(") - (c == ")")
+        if c == ")" and depth == 0:
+            return statement[i + 1:].strip()
+    return statement
+
+
+def fortran_files(folder):
+    """Paths below a folder, sorted."""
+    return sorted(os.path.join(here, name) for here, _, names in os.walk(folder) for name in names
+                  if name.lower().endswith(".f90"))
+
+
+def layer_of(path, root):
+    """Name of the layer a file belongs to: a folder of src, 'facade', 'api' or 'main'."""
+    parts = os.path.relpath(path, root).split(os.sep)
+    if parts[0] == "src":
+        return parts[1] if len(parts) > 2 else "facade"
+    return "main" if parts[0] == "app" else "api"
+
+
+def arrow_allowed(user, used, module):
+    """May layer `user` use `module` of layer `used`?"""
+    if user == used:
+        return True
+    if user in ("facade", "api"):
+        if used == "material":
+            return module in MATERIAL_OPEN_TO_API or user == "facade"
+        return used in OPEN_TO_API or used == "facade"
+    if user == "main":
+        return used in ("base", "app")
+    if used not in ORDER or user not in ORDER:
+        return False
+    if (user, used) == ("io", "solver"):  # results are written through an interface, not from the solver's insides
+        return module == "finshell_observer"
+    return ORDER.index(used) < ORDER.index(user)
+
+
+def arrows(root):
+    """Violations of rule 1."""
+    files = [f for folder in ("src", "api", "app") for f in fortran_files(os.path.join(root, folder))]
+    home, uses = {}, []
+    for path in files:
+        layer = layer_of(path, root)
+        for number, statement in statements(open(path, encoding="utf-8").read()):
+            m = re.match(r"module\s+(\w+)$", statement)
+            if m and m.group(1) != "procedure":
+                home[m.group(1)] = layer
+            m = re.match(r"use\b\s*(?:,\s*(?:non_)?intrinsic\s*)?(?:::)?\s*(\w+)\s*(?:,.*)?$", statement)
+            if m:
+                uses.append((path, number, layer, m.group(1)))
+    found = []
+    for path, number, layer, module in uses:
+        if module in home and not arrow_allowed(layer, home[module], module):
+            found.append(f"{os.path.relpath(path, root)}:{number}: {layer} uses {module} of {home[module]}")
+    return found
+
+
+def file_violations(path, root):
+    """Violations of rules 2 and 3 in one file."""
+    layer = layer_of(path, root)
+    if layer in ("app", "main"):
+        return []
+    kernel = layer in KERNEL and not os.path.basename(path).startswith("finshell_registry")
+    found = []
+    procedure, in_type, in_interface, specification = "", False, False, False
+
+    def report(number, text):
+        found.append(f"{os.path.relpath(path, root)}:{number}: {text}")
+
+    for number, s in statements(open(path, encoding="utf-8").read()):
+        action = action_of(s)
+        if re.match(r"(print\b(?!\s*=)|write\s*\(\s*(unit\s*=\s*)?(\*|6\s*[,)]|output_unit|error_unit))", action):
+            report(number, "prints")
+        if re.match(r"(error\s+)?stop\b(?!\s*=)", action):
+            report(number, "stops")
+        if not kernel:
+            continue
+        if re.match(r"(abstract\s+)?interface\b", s):
+            in_interface = True
+        elif s.startswith("end interface"):
+            in_interface = False
+        elif re.match(r"type\s*(,|::|\s+(?!is\b)\w)", s) and not s.startswith("type("):
+            in_type = True
+        elif s.startswith("end type"):
+            in_type = False
+        elif re.match(r"module\s+\w+$", s) and not s.startswith("module procedure"):
+            specification = True
+        elif s == "contains" and not in_type:
+            specification = False
+        m = re.match(r"(?:[\w\s()=*,]*\s)?(?:subroutine|function)\s+(\w+)", s)
+        if m and not s.startswith("end") and not in_interface:
+            procedure = m.group(1)
+        if re.match(r"(write|read|open|close|inquire|rewind|flush)\s*\(", action):
+            report(number, "input or output in the kernel")
+        if re.search(r"\bsave\b", s):
+            report(number, "save in the kernel")
+        allocates = re.match(r"(de)?allocate\s*\(", action) or re.search(r"(,\s*allocatable\b|^allocatable\b|\bpointer\b)", s)
+        if allocates and not (procedure.startswith("new_") or in_type or in_interface):
+            report(number, "allocation in the kernel outside of new_*")
+        if specification and not in_type and not in_interface and "::" in s:
+            if not re.search(r"\bparameter\b", s.split("::")[0]) and not re.match(r"(public|private|use|import|procedure|generic|type)\b(?!\()", s):
+                report(number, "module variable in the kernel")
+    return found
+
+
+def lengths(root, listed):
+    """Violations of rule 4; a listed file that has become short is one as well."""
+    found = []
+    for path in fortran_files(os.path.join(root, "src")):
+        name = os.path.relpath(path, root)
+        lines = sum(1 for _ in open(path, encoding="utf-8"))
+        if lines > LONGEST and name not in listed:
+            found.append(f"{name}: {lines} lines, more than {LONGEST}")
+        if lines <= LONGEST and name in listed:
+            found.append(f"{name}: listed as long, has {lines} lines only")
+    return found
+
+
+def long_files(path):
+    """The files that may be long: lines `path: reason`."""
+    listed = set()
+    for line in open(path, encoding="utf-8"):
+        if line.strip() and not line.startswith("#"):
+            name, reason = line.split(":", 1)
+            assert reason.strip(), f"no reason for {name}"
+            listed.add(name.strip())
+    return listed
+
+
+def violations(root, listed):
+    """All violations below a root folder."""
+    found = arrows(root) + lengths(root, listed)
+    for folder in ("src", "api"):
+        for path in fortran_files(os.path.join(root, folder)):
+            found += file_violations(path, root)
+    return found

@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""The rules of structure.py hold for the sources; and each rule is tested with a planted violation."""
+import os
+import sys
+import tempfile
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(os.path.dirname(HERE))
+sys.path.insert(0, HERE)
+import structure  # noqa: E402
+
+
+class Sources(unittest.TestCase):
+    """The project itself."""
+
+    def test_sources_are_seen(self):
+        self.assertGreater(len(structure.fortran_files(os.path.join(ROOT, "src"))), 10)
+
+    def test_no_violation(self):
+        found = structure.violations(ROOT, structure.long_files(os.path.join(HERE, "long_files.txt")))
+        self.assertEqual(found, [], "\n" + "\n".join(found))
+
+
+class Planted(unittest.TestCase):
+    """A small tree of sources with one violation at a time."""
+
+    CLEAN = {
+        "src/base/finshell_kinds.F90": "module finshell_kinds\n integer, parameter, public :: wp = 8\nend module\n",
+        "src/base/finshell_text.f90": "module finshell_text\ncontains\n subroutine t(b)\n  character(9) :: b\n"
+                                      "  write (b, '(a)') 'stop; print *'\n end subroutine\nend module\n",
+        "src/material/finshell_law.f90": "module finshell_law\n use finshell_kinds, only: wp\nend module\n",
+        "src/material/finshell_registry.f90": "module finshell_registry\n use finshell_law\ncontains\n subroutine pick(l)\n"
+                                              "  class(*), allocatable :: l\n  allocate (l, source=1)\n end subroutine\nend module\n",
+        "src/section/finshell_section.f90": "module finshell_section\n use finshell_kinds, only: &\n  & wp\n"
+                                            " type :: section_t\n  class(*), allocatable :: law\n end type\ncontains\n"
+                                            " subroutine new_section(s)\n  type(section_t) :: s\n  allocate (s%law, source=1)\n"
+                                            " end subroutine\n pure function stress(x) result(y)\n  real :: x, y\n  y = x ! stop\n"
+                                            " end function\nend module\n",
+        "src/batch/finshell_batch.f90": "module finshell_batch\n use finshell_section\nend module\n",
+        "src/model/finshell_mesh.f90": "module finshell_mesh\n use finshell_batch\nend module\n",
+        "src/solver/finshell_newton.f90": "module finshell_newton\n use finshell_mesh\nend module\n",
+        "src/solver/finshell_observer.f90": "module finshell_observer\nend module\n",
+        "src/io/finshell_results.f90": "module finshell_results\n use finshell_observer\n use finshell_mesh\nend module\n",
+        "src/app/finshell_driver.f90": "module finshell_driver\n use finshell_results\n use finshell_newton\ncontains\n subroutine run()\n"
+                                       "  print *, 1\n  error stop 1\n end subroutine\nend module\n",
+        "src/finshell.f90": "module finshell\n use finshell_batch\n use finshell_registry\nend module\n",
+        "api/finshell_api.f90": "module finshell_api\n use finshell_batch\n use finshell_registry\nend module\n",
+        "app/main.f90": "program main\n use finshell_driver\n call run()\n stop 1\nend program\n",
+    }
+
+    def found(self, changes, listed=()):
+        """Violations in the clean tree after some files were replaced or added."""
+        with tempfile.TemporaryDirectory() as root:
+            for name, text in {**self.CLEAN, **changes}.items():
+                path = os.path.join(root, name)
+                os.makedirs(os.path.dirname(path), exist_ok=True)
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text)
+            return structure.violations(root, set(listed))
+
+    def test_clean_tree(self):
+        self.assertEqual(self.found({}), [])
+
+    def planted(self, path, text, message):
+        """Exactly one violation, at the right place."""
+        found = self.found({path: text})
+        self.assertEqual(len(found), 1, found)
+        self.assertTrue(found[0].startswith(path), found)
+        self.assertIn(message, found[0])
+
+    def test_arrows(self):
+        for user, path, used in (
+            ("base", "src/base/finshell_kinds.F90", "finshell_law"), ("material", "src/material/finshell_law.f90", "finshell_section"),
+            ("batch", "src/batch/finshell_batch.f90", "finshell_mesh"), ("model", "src/model/finshell_mesh.f90", "finshell_newton"),
+            ("solver", "src/solver/finshell_newton.f90", "finshell_results"), ("io", "src/io/finshell_results.f90", "finshell_newton"),
+            ("io", "src/io/finshell_results.f90", "finshell_driver"), ("api", "api/finshell_api.f90", "finshell_mesh"),
+            ("api", "api/finshell_api.f90", "finshell_law"), ("facade", "src/finshell.f90", "finshell_mesh"),
+            ("main", "app/main.f90", "finshell_newton"), ("section", "src/section/finshell_section.f90", "finshell_batch"),
+        ):
+            with self.subTest(user=user, used=used):
+                kind = "program" if user == "main" else "module"
+                name = os.path.basename(path).split(".")[0]
+                self.planted(path, f"{kind} {name}\n use, non_intrinsic :: {used.upper()}, &\n  only: x\nend {kind}\n", f"{user} uses {used}")
+
+    def test_kernel(self):
+        for line, message in (
+            ("write (unit, *) x", "input or output"), ("if (x > 0) read (5, *) x", "input or output"), ("open (newunit=i, file=n)", "input or output"),
+            ("real, save :: y", "save in the kernel"), ("real, allocatable :: y(:)", "allocation in the kernel"),
+            ("allocate (y(3))", "allocation in the kernel"), ("if (x > 0) allocate (y(3))", "allocation in the kernel"),
+            ("real, pointer :: y(:)", "allocation in the kernel"),
+        ):
+            with self.subTest(line=line):
+                self.planted("src/section/finshell_section.f90", f"module finshell_section\ncontains\n pure subroutine f(x)\n  {line}\n"
+                             " end subroutine\nend module\n", message)
+        self.planted("src/material/finshell_law.f90", "module finshell_law\n real :: count = 0\ncontains\nend module\n", "module variable")
+
+    def test_only_app_prints_or_stops(self):
+        for line, message in (
+            ("print *, x", "prints"), ("write (*, '(a)') x", "prints"), ("if (x > 0) write (output_unit, *) x", "prints"),
+            ("stop", "stops"), ("if (x > 0) error stop 'no'", "stops"), ("x = 1; error stop", "stops"),
+        ):
+            for path in ("src/solver/finshell_newton.f90", "src/base/finshell_text.f90", "api/finshell_api.f90"):
+                name = os.path.basename(path).split(".")[0]
+                with self.subTest(line=line, path=path):
+                    self.planted(path, f"module {name}\ncontains\n subroutine f(x)\n  {line}\n end subroutine\nend module\n", message)
+
+    def test_length(self):
+        long = {"src/model/finshell_mesh.f90": "module finshell_mesh\n" + "! line\n" * 400 + "end module\n"}
+        self.assertIn("402 lines", self.found(long)[0])
+        self.assertEqual(self.found(long, ["src/model/finshell_mesh.f90"]), [])
+        self.assertIn("listed as long", self.found({}, ["src/model/finshell_mesh.f90"])[0])
+
+
+if __name__ == "__main__":
+    unittest.main()
