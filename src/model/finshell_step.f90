@@ -24,10 +24,11 @@ module finshell_step
    type :: step_t
       character(len=:), allocatable :: name
       integer :: control = control_load
-      !> The step ends at this load factor ... (not in displacement control)
+      !> The step ends at this load factor, or when the monitored displacement reaches the last of `displacements`, whichever
+      !> comes first.
       real(wp) :: final_load_factor = 1
-      !> ... or when the monitored displacement reaches the last of `displacements`, whichever comes first.
-      real(wp), allocatable :: load_levels(:) !< load factors to land on exactly on the way (not in displacement control)
+      logical :: ends_at_load_factor = .true. !< false: only `displacements` end the step (the usual case of displacement control)
+      real(wp), allocatable :: load_levels(:) !< load factors to land on exactly, in the order of passing
       !> Monitored displacement: mean over a node set of a global component 1..3. Needed by displacement control; in arc-length
       !> and load control it can end the step.
       character(len=:), allocatable :: node_set

@@ -12,7 +12,6 @@ module finshell_structure
    type :: structure_t
       type(mesh_t) :: mesh
       type(section_t), allocatable :: sections(:)
-      real(wp), allocatable :: thickness(:) !< of each section: needed by gravity only
       real(wp), allocatable :: density(:) !< mass per reference volume of each section: needed by gravity only
       integer, allocatable :: element_section(:) !< (elements) index into sections
       !> (3, elements) material direction 1, projected on each element; unallocated: the first side of each element.

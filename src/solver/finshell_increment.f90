@@ -1,0 +1,45 @@
+!> Size of the increments: grow when the iteration was easy, shrink when it was hard, cut to a quarter when it failed, and
+!> arrive exactly (Abaqus-like; Sze, Liu & Lo 2004 used the same).
+module finshell_increment
+   use finshell_kinds, only: wp
+   use finshell_step, only: step_t
+   implicit none
+   private
+   public :: next_size, planned_size, cut_ratio
+
+   real(wp), parameter :: cut_ratio = 0.25_wp !< of the failed increment
+   real(wp), parameter :: shrink = 0.5_wp !< at most, after a hard but successful increment
+   real(wp), parameter :: stretch = 1.25_wp !< an increment may be longer by this to arrive at a target
+
+contains
+
+   !> Size after a converged increment.
+   pure function next_size(size, iterations, cuts, step) result(next)
+      real(wp), intent(in) :: size
+      integer, intent(in) :: iterations !< of the successful attempt
+      integer, intent(in) :: cuts !< before it
+      type(step_t), intent(in) :: step
+      real(wp) :: next
+      real(wp) :: ratio
+      next = size
+      if (.not. step%automatic) return
+      ratio = real(step%wanted_iterations, wp)/max(iterations, 1)
+      ratio = min(max(ratio, shrink), step%growth)
+      if (cuts > 0) ratio = min(ratio, 1.0_wp)
+      next = size*ratio
+   end function next_size
+
+   !> The next increment on the way to a target: all of what remains when that is little more than one increment, half of it when
+   !> it is less than two, so that no tiny increment is left over.
+   pure function planned_size(size, remaining) result(planned)
+      real(wp), intent(in) :: size, remaining !< magnitudes
+      real(wp) :: planned
+      if (remaining <= stretch*size) then
+         planned = remaining
+      else if (remaining < 2*size) then
+         planned = 0.5_wp*remaining
+      else
+         planned = size
+      end if
+   end function planned_size
+end module finshell_increment

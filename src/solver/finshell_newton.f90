@@ -1,0 +1,219 @@
+!> Full Newton iteration for one increment, closed by a constraint (finshell_control): one assembly, one factorisation and one
+!> or two back substitutions an iteration. The residual after a correction comes with the next tangent, unless the correction
+!> is so small that the increment is likely to be done: then the force alone is computed.
+module finshell_newton
+   use finshell_kinds, only: wp, i4
+   use finshell_status, only: status_ok, status_not_converged, status_text
+   use finshell_error, only: error_t, text_of
+   use finshell_problem, only: problem_t
+   use finshell_step, only: convergence_t, control_load
+   use finshell_control, only: constraint_t, factor_change
+   use finshell_convergence, only: residual_ratio, correction_ratio
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   implicit none
+   private
+   public :: newton_result_t, solve_increment
+
+   type :: newton_result_t
+      logical :: converged = .false.
+      integer :: iterations = 0 !< linear solves
+      real(wp) :: residual = huge(1.0_wp) !< finshell_convergence
+      real(wp) :: correction = huge(1.0_wp)
+      integer(i4) :: code = status_ok
+      character(len=:), allocatable :: reason !< why it did not converge
+   end type newton_result_t
+
+   !> A correction that leads where the element cannot be evaluated is halved this many times before giving up.
+   integer, parameter :: halvings = 3
+
+contains
+
+   !> Iterate from the (predicted) state of the problem. On success the state is the new equilibrium; on failure it is anything.
+   subroutine solve_increment(problem, constraint, settings, mean_levels, result)
+      class(problem_t), intent(inout) :: problem
+      type(constraint_t), intent(in) :: constraint
+      type(convergence_t), intent(in) :: settings
+      real(wp), intent(in) :: mean_levels(2) !< mean force and moment level of the converged increments
+      type(newton_result_t), intent(out) :: result
+      type(error_t), allocatable :: error
+      real(wp), allocatable :: x(:), increment(:)
+      real(wp) :: change, scale, earlier(2), slope
+      logical :: complete, likely
+
+      allocate (x(problem%n), increment(problem%n))
+      earlier = huge(1.0_wp)
+      call problem%evaluate(.true., error)
+      if (allocated(error)) then
+         call give_up(result, error%code, 'the predicted state cannot be evaluated: '//error%message)
+         return
+      end if
+      do
+         if (result%iterations >= settings%maximum_iterations) then
+            call give_up(result, status_not_converged, 'no convergence in '//text_of(result%iterations) &
+               //' iterations (residual '//text_of(real(result%residual, kind(1.0d0)))//', correction ' &
+               //text_of(real(result%correction, kind(1.0d0)))//')')
+            return
+         end if
+         call correction_from(problem, constraint, x, change, complete, result)
+         if (result%code /= status_ok) return
+         scale = rotation_scale(problem, x, change, settings%rotation_limit)
+         if (scale < 1) complete = .false.
+         slope = dot_product(x, problem%residual + change*problem%rate)
+         call problem%keep_iterate()
+         call apply(problem, settings, x, change, scale, complete, slope, increment, likely, result)
+         if (result%code /= status_ok) return
+
+         result%residual = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], &
+                                          mean_levels, problem%size, problem%detail)
+         if (.not. ieee_is_finite(result%residual)) then
+            call give_up(result, status_not_converged, 'the residual is not a number')
+            return
+         end if
+         if (likely .and. result%residual <= settings%residual) then
+            result%converged = .true.
+            return
+         end if
+         if (complete .and. result%iterations >= settings%divergence_iterations &
+             .and. result%correction > maxval(earlier)) then
+            call give_up(result, status_not_converged, 'the iteration diverges (correction ' &
+               //text_of(real(result%correction, kind(1.0d0)))//' of the increment after '//text_of(result%iterations) &
+               //' iterations)')
+            return
+         end if
+         earlier = [result%correction, earlier(1)]
+         if (likely) call problem%evaluate(.true., error)
+         if (allocated(error)) then
+            call give_up(result, error%code, error%message)
+            return
+         end if
+      end do
+   end subroutine solve_increment
+
+   !> The correction x and the change of the factor that satisfy the linearised equations and the constraint.
+   subroutine correction_from(problem, constraint, x, change, complete, result)
+      class(problem_t), intent(inout) :: problem
+      type(constraint_t), intent(in) :: constraint
+      real(wp), intent(out) :: x(:), change
+      logical, intent(out) :: complete !< false: shortened by the constraint
+      type(newton_result_t), intent(inout) :: result
+      type(error_t), allocatable :: error
+      real(wp), allocatable :: x_t(:), increment(:)
+      real(wp) :: eta
+      logical :: ok
+
+      complete = .true.
+      change = 0
+      x = 0
+      call problem%factorise(error)
+      if (allocated(error)) then
+         call give_up(result, error%code, error%message)
+         return
+      end if
+      result%iterations = result%iterations + 1
+      if (constraint%control == control_load) then
+         change = constraint%target - problem%factor()
+         call problem%solve(problem%residual + change*problem%rate, x, error)
+      else
+         allocate (x_t(problem%n), increment(problem%n))
+         call problem%solve(problem%residual, x, error)
+         if (.not. allocated(error)) call problem%solve(problem%rate, x_t, error)
+         if (.not. allocated(error)) then
+            call problem%increment(increment)
+            call factor_change(constraint, problem%field, x, x_t, increment, problem%factor() - problem%base_factor(), &
+               problem%factor(), monitored_or_zero(problem), watched_or_empty(problem), problem%watched_rate, change, eta, ok)
+            if (.not. ok) then
+               call give_up(result, status_not_converged, 'no equilibrium state at this distance along the path was found')
+               return
+            end if
+            x = eta*x + change*x_t
+            complete = eta >= 1
+         end if
+      end if
+      if (allocated(error)) then
+         call give_up(result, error%code, error%message)
+      else if (.not. all(ieee_is_finite(x)) .or. .not. ieee_is_finite(change)) then
+         call give_up(result, status_not_converged, 'the correction is not a number: the tangent is singular')
+      end if
+   end subroutine correction_from
+
+   !> Move by the correction and evaluate there; halve the correction where the element cannot be evaluated.
+   subroutine apply(problem, settings, x, change, scale, complete, slope, increment, likely, result)
+      class(problem_t), intent(inout) :: problem
+      type(convergence_t), intent(in) :: settings
+      real(wp), intent(in) :: x(:), change
+      real(wp), intent(inout) :: scale
+      logical, intent(inout) :: complete
+      real(wp), intent(in) :: slope !< x . residual before the correction
+      real(wp), intent(inout) :: increment(:)
+      logical, intent(out) :: likely !< the increment is probably done: no tangent was computed
+      type(newton_result_t), intent(inout) :: result
+      type(error_t), allocatable :: error
+      real(wp) :: new_slope
+      integer :: attempt
+
+      do attempt = 0, halvings
+         call problem%move(scale*x, scale*change)
+         call problem%increment(increment)
+         result%correction = correction_ratio(scale*x, increment, problem%field, problem%size, problem%detail)
+         likely = complete .and. result%correction <= settings%correction
+         call problem%evaluate(.not. likely, error)
+         if (.not. allocated(error)) exit
+         if (error%code < 0 .or. attempt == halvings) then
+            call give_up(result, error%code, error%message)
+            return
+         end if
+         call problem%back_to_iterate()
+         scale = 0.5_wp*scale
+         complete = .false.
+      end do
+      if (likely .or. .not. settings%line_search) return
+      new_slope = dot_product(x, problem%residual)
+      if (abs(new_slope) <= 0.8_wp*abs(slope) .or. new_slope*slope >= 0) return
+      call problem%back_to_iterate()
+      scale = scale*max(0.1_wp, slope/(slope - new_slope))
+      complete = .false.
+      call problem%move(scale*x, scale*change)
+      call problem%increment(increment)
+      call problem%evaluate(.true., error)
+      if (allocated(error)) call give_up(result, error%code, error%message)
+   end subroutine apply
+
+   !> Factor that keeps the rotation of every node within the limit.
+   function rotation_scale(problem, x, change, limit) result(scale)
+      class(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: x(:), change, limit
+      real(wp) :: scale
+      real(wp) :: angle
+      scale = 1
+      if (limit <= 0) return
+      angle = problem%largest_rotation(x, change)
+      if (angle > limit) scale = limit/angle
+   end function rotation_scale
+
+   function monitored_or_zero(problem) result(value)
+      class(problem_t), intent(in) :: problem
+      real(wp) :: value
+      value = 0
+      if (allocated(problem%watched)) value = problem%monitored(problem%state)
+   end function monitored_or_zero
+
+   function watched_or_empty(problem) result(watched)
+      class(problem_t), intent(in) :: problem
+      real(wp), allocatable :: watched(:)
+      if (allocated(problem%watched)) then
+         watched = problem%watched
+      else
+         allocate (watched(0))
+      end if
+   end function watched_or_empty
+
+   subroutine give_up(result, code, reason)
+      type(newton_result_t), intent(inout) :: result
+      integer(i4), intent(in) :: code
+      character(len=*), intent(in) :: reason
+      result%converged = .false.
+      result%code = code
+      result%reason = reason
+      if (len(reason) == 0) result%reason = status_text(code)
+   end subroutine give_up
+end module finshell_newton

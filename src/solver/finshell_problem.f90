@@ -1,0 +1,170 @@
+!> What path following needs to know of a problem: n unknowns x and a load factor, a residual r(x, factor) and its derivatives.
+!>
+!> The unknowns live in `state` (the trial state); `base` is the last converged state and `iterate` the state before the last
+!> correction. Corrections are vectors over the n equations; a problem knows how to apply them (rotations multiply).
+module finshell_problem
+   use finshell_kinds, only: wp, i1
+   use finshell_error, only: error_t
+   use finshell_state, only: state_t
+   use finshell_equations, only: field_rotation
+   implicit none
+   private
+   public :: problem_t
+
+   type, abstract :: problem_t
+      integer :: n = 0
+      integer(i1), allocatable :: field(:) !< (n) field_displacement or field_rotation (finshell_equations)
+      real(wp) :: size = 1 !< length of the structure
+      real(wp) :: detail = 1 !< length of an element
+      type(state_t) :: state, base, iterate
+      logical :: has_constants = .false. !< there are constant loads or supports
+      logical :: constant_phase = .false. !< the factor is that of the constant loads and supports
+
+      ! Left by `evaluate`:
+      real(wp), allocatable :: residual(:) !< (n) external minus internal force
+      real(wp), allocatable :: rate(:) !< (n) derivative of the residual with respect to the factor
+      real(wp) :: force_level = 0 !< Euclidean norm of the external forces or of the reactions, whichever is larger
+      real(wp) :: moment_level = 0 !< of the moments likewise
+      ! Left by `factorise`:
+      integer :: negative_pivots = -1 !< -1: not known
+
+      ! Left by `watch`: the monitored displacement is linear in the unknowns and the factor.
+      real(wp), allocatable :: watched(:) !< (n) its derivative with respect to the unknowns
+      real(wp) :: watched_rate = 0 !< its derivative with respect to the load factor
+   contains
+      procedure(evaluate_interface), deferred :: evaluate
+      procedure(factorise_interface), deferred :: factorise
+      procedure(solve_interface), deferred :: solve
+      procedure(move_interface), deferred :: move
+      procedure(increment_interface), deferred :: increment
+      procedure(watch_interface), deferred :: watch
+      procedure(monitored_interface), deferred :: monitored
+      procedure :: largest_rotation
+      procedure :: factor
+      procedure :: base_factor
+      procedure :: set_factor
+      procedure :: accept
+      procedure :: restore
+      procedure :: keep_iterate
+      procedure :: back_to_iterate
+   end type problem_t
+
+   abstract interface
+      !> Residual, rate and levels at `state`; with `tangent` also the matrix -d residual/d x for `factorise`.
+      !> A recoverable error (code > 0) asks for a shorter correction or increment.
+      subroutine evaluate_interface(self, tangent, error)
+         import :: problem_t, error_t
+         class(problem_t), intent(inout) :: self
+         logical, intent(in) :: tangent
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine evaluate_interface
+
+      !> Factorise the matrix of the last `evaluate` with tangent.
+      subroutine factorise_interface(self, error)
+         import :: problem_t, error_t
+         class(problem_t), intent(inout) :: self
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine factorise_interface
+
+      !> Solve matrix * x = b.
+      subroutine solve_interface(self, b, x, error)
+         import :: problem_t, error_t, wp
+         class(problem_t), intent(inout) :: self
+         real(wp), intent(in) :: b(:)
+         real(wp), intent(out) :: x(:)
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine solve_interface
+
+      !> state <- state moved by the correction x and by a change of the factor.
+      subroutine move_interface(self, x, factor_change)
+         import :: problem_t, wp
+         class(problem_t), intent(inout) :: self
+         real(wp), intent(in) :: x(:), factor_change
+      end subroutine move_interface
+
+      !> The single correction x that leads from `base` to `state`.
+      subroutine increment_interface(self, x)
+         import :: problem_t, wp
+         class(problem_t), intent(in) :: self
+         real(wp), intent(out) :: x(:)
+      end subroutine increment_interface
+
+      !> Choose the monitored displacement: mean of a component over a node set. Errors: unknown set, bad component.
+      subroutine watch_interface(self, node_set, component, error)
+         import :: problem_t, error_t
+         class(problem_t), intent(inout) :: self
+         character(len=*), intent(in) :: node_set
+         integer, intent(in) :: component
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine watch_interface
+
+      !> The monitored displacement at a state.
+      function monitored_interface(self, state) result(value)
+         import :: problem_t, state_t, wp
+         class(problem_t), intent(in) :: self
+         type(state_t), intent(in) :: state
+         real(wp) :: value
+      end function monitored_interface
+   end interface
+
+contains
+
+   !> Largest rotation (radian) of a node in a correction. To be overridden where a rotation has several components.
+   pure function largest_rotation(self, x, factor_change) result(angle)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(in) :: x(:), factor_change
+      real(wp) :: angle
+      integer :: i
+      angle = 0*factor_change
+      do i = 1, size(x)
+         if (self%field(i) == field_rotation) angle = max(angle, abs(x(i)))
+      end do
+   end function largest_rotation
+
+   !> The active factor at `state`.
+   pure function factor(self) result(value)
+      class(problem_t), intent(in) :: self
+      real(wp) :: value
+      value = merge(self%state%constant_factor, self%state%load_factor, self%constant_phase)
+   end function factor
+
+   !> The active factor at `base`.
+   pure function base_factor(self) result(value)
+      class(problem_t), intent(in) :: self
+      real(wp) :: value
+      value = merge(self%base%constant_factor, self%base%load_factor, self%constant_phase)
+   end function base_factor
+
+   !> Replace the active factor at `state`, by a value that differs in its last bits.
+   pure subroutine set_factor(self, value)
+      class(problem_t), intent(inout) :: self
+      real(wp), intent(in) :: value
+      if (self%constant_phase) then
+         self%state%constant_factor = value
+      else
+         self%state%load_factor = value
+      end if
+   end subroutine set_factor
+
+   !> The trial state is an equilibrium state: start the next increment from it.
+   subroutine accept(self)
+      class(problem_t), intent(inout) :: self
+      self%base = self%state
+   end subroutine accept
+
+   !> Forget the trial state.
+   subroutine restore(self)
+      class(problem_t), intent(inout) :: self
+      self%state = self%base
+   end subroutine restore
+
+   subroutine keep_iterate(self)
+      class(problem_t), intent(inout) :: self
+      self%iterate = self%state
+   end subroutine keep_iterate
+
+   subroutine back_to_iterate(self)
+      class(problem_t), intent(inout) :: self
+      self%state = self%iterate
+   end subroutine back_to_iterate
+end module finshell_problem
