@@ -15,8 +15,8 @@ contains
 
    !> Annulus in the plane z = 0, normal +z: radii(1) <= r <= radii(2), angle a in degrees from +x towards +y.
    !>
-   !> A full turn (360 degrees) has a slit along the first angle unless slit = .false.; the lips of the slit are separate nodes at the
-   !> same places. Sets: edge_inner, edge_outer; unless closed edge_a0, edge_a1 (radial edges at the first and last angle),
+   !> A full turn (360 degrees) has a slit along the first angle unless slit = .false.; the lips of the slit are separate nodes at
+   !> the same places. Sets: edge_inner, edge_outer; unless closed edge_a0, edge_a1 (radial edges at the first and last angle),
    !> corner_a0_inner, corner_a1_inner, corner_a0_outer, corner_a1_outer; where the number of divisions is even mid_a0, mid_a1,
    !> mid_inner, mid_outer (middle of that edge), centre.
    subroutine annulus_mesh(mesh, radii, angles, divisions, error, diagonal, slit)
