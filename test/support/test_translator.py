@@ -92,7 +92,7 @@ class Translator(unittest.TestCase):
 
     @classmethod
     def compile(cls, *arguments):
-        command = [COMPILER, "-ffree-line-length-none", "-ffpe-trap=invalid,zero,overflow", "-fcheck=all", *arguments]
+        command = [COMPILER, "-ffpe-trap=invalid,zero,overflow", "-fcheck=all", *arguments]
         done = subprocess.run(command, cwd=cls.folder.name, capture_output=True, text=True, check=False)
         if done.returncode:
             raise AssertionError(done.stderr)
@@ -170,11 +170,17 @@ end module test_x
         with self.assertRaisesRegex(translate_pf.PfError, "must be named as its file"):
             translate_pf.translate((HEAD + test + TAIL).splitlines(), "test_y.pf")
 
-    def test_line_numbers_stay(self):
-        lines = (HEAD + "   @test\n   subroutine test_one()\n      @assertTrue(.true.)" + TAIL).splitlines()
-        out = translate_pf.translate(lines, "test_x.pf").splitlines()
-        self.assertIn("location=SourceLocation('test_x.pf', 10)", out[10])
-        self.assertEqual(out[1], lines[0])
+    def test_lines_stay_short_and_keep_their_numbers(self):
+        assertion = "      @assertTrue(" + "1 == 1 .and. " * 8 + "1 == 1)"
+        lines = (HEAD + "   @test\n   subroutine test_one()\n" + assertion + "\n      no_such = 1" + TAIL).splitlines()
+        text = translate_pf.translate(lines, "test_x.pf")
+        self.assertLess(len(assertion), 132)
+        self.assertLessEqual(max(map(len, text.splitlines())), 132)
+        self.assertIn("location=SourceLocation('test_x.pf', 10)", text)
+        with open(os.path.join(self.folder.name, "test_x.F90"), "w", encoding="utf-8") as file:
+            file.write(text)
+        with self.assertRaisesRegex(AssertionError, r"test_x\.pf:11:"):
+            self.compile("-c", "test_x.F90")
 
 
 if __name__ == "__main__":

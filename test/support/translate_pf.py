@@ -3,7 +3,7 @@
 
     translate_pf.py INPUT.pf OUTPUT.F90
 
-Line n of the input stays line n of the output, so compiler messages point into the .pf file.
+Line markers tell the compiler where each line comes from, so its messages point into the .pf file.
 Understood: @test, @test(ifdef=NAME), @test(ifndef=NAME), @before, @after, @suite (ignored) and the assertions below, each
 on one line. Anything else that begins with @ is an error, as is a test that pFUnit would not find.
 """
@@ -54,6 +54,7 @@ def split_arguments(text):
 def translate(lines, file_name):
     """The Fortran text for the lines of a .pf file."""
     base = os.path.basename(file_name)
+    path = os.path.abspath(file_name).replace("\\", "/")
     out, tests = [], []
     module = before = after = None
     pending = None  # annotation that waits for its subroutine: (kind, condition, line)
@@ -88,8 +89,10 @@ def translate(lines, file_name):
                 parts = split_arguments(arguments or "")
                 if parts is None or len(parts) < least or (parts and not all(parts)):
                     fail(number, f"arguments of @{name} not understood; each assertion stands on one line")
-                parts.append(f"location=SourceLocation('{base}', {number})")
-                out.append(f"      call {proper}({', '.join(parts)}); if (anyExceptions()) return")
+                comma = "," if parts else ""
+                out += [f"call {proper}({', '.join(parts)}{comma}&",
+                        f"   location=SourceLocation('{base}', {number})); if (anyExceptions()) return",
+                        f'# {number + 1} "{path}"']
             else:
                 fail(number, f"annotation @{name} is not one of those that finshell's tests use")
             continue
@@ -124,7 +127,6 @@ def translate(lines, file_name):
     if not tests:
         fail(1, "no @test")
 
-    path = os.path.abspath(file_name).replace("\\", "/")
     program = [f"program run_{module}"[:63], f"   use {module}", "   use funit, only: funit_begin, funit_run, funit_finish",
                "   implicit none", f"   call funit_begin('{module}')"]
     fixtures = (f", before={before}" if before else "") + (f", after={after}" if after else "")
