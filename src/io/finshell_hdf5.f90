@@ -4,7 +4,7 @@
 !> Arrays are in Fortran order: values(components, rows) is what other languages see as rows x components.
 module finshell_hdf5
    use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
-   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5kind_to_type
+   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5dont_atexit_f, h5eset_auto_f, h5kind_to_type
    use hdf5, only: h5fcreate_f, h5fopen_f, h5fclose_f, h5fflush_f, h5gcreate_f, h5gclose_f
    use hdf5, only: h5oopen_f, h5oclose_f, h5aopen_f, h5acreate_f, h5aexists_f, h5awrite_f, h5aread_f, h5aclose_f
    use hdf5, only: h5screate_f, h5screate_simple_f, h5sclose_f, h5sselect_hyperslab_f
@@ -12,10 +12,11 @@ module finshell_hdf5
    use hdf5, only: h5dcreate_f, h5dopen_f, h5dclose_f, h5dwrite_f, h5dread_f, h5dget_space_f, h5dset_extent_f
    use hdf5, only: h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5pset_fill_time_f
    use hdf5, only: h5tcopy_f, h5tclose_f, h5tset_size_f, h5tset_cset_f, h5tset_strpad_f
-   use hdf5, only: h5f_acc_trunc_f, h5f_acc_rdwr_f, h5f_scope_global_f, h5s_scalar_f, h5s_select_set_f, h5s_unlimited_f
+   use hdf5, only: h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_scope_global_f, h5s_scalar_f, h5s_select_set_f, h5s_unlimited_f
    use hdf5, only: h5p_dataset_create_f, h5d_fill_time_never_f, h5t_cset_utf8_f, h5t_str_nullpad_f, h5_integer_kind
    use hdf5, only: h5t_ieee_f64le, h5t_std_i64le, h5t_std_u8le, h5t_native_double, h5t_fortran_s1
    use finshell_kinds, only: dp, i8
+   use finshell_disk, only: has_room, rename_in_system
    use finshell_error, only: error_t, raise
    use finshell_status, only: status_io_error
    implicit none
@@ -36,6 +37,8 @@ module finshell_hdf5
       procedure :: close => close_file
       procedure :: is_open
       procedure :: flush => flush_file
+      procedure :: rename => rename_file
+      procedure :: make_room
       procedure :: make_group
       procedure :: set_integers
       procedure :: get_integer
@@ -55,12 +58,13 @@ module finshell_hdf5
       procedure :: create => create_table
       procedure :: open => open_table
       procedure :: close => close_table
-      procedure :: resize
+      procedure, private :: resize
       procedure :: put_reals
       procedure :: put_integers
       procedure :: put_line
       procedure :: get_reals
       procedure :: get_integers
+      procedure :: get_line
       procedure, private :: transfer_rows
    end type hdf5_table_t
 
@@ -73,7 +77,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer :: status
       call start(error)
-      if (.not. allocated(error)) call ask_system(name, 'unknown', 'create', error)
+      if (.not. allocated(error)) call ask_system(name, 'unknown', 'readwrite', 'create', error)
       if (allocated(error)) return
       self%name = name
       call h5fcreate_f(name, h5f_acc_trunc_f, self%id, status)
@@ -84,17 +88,17 @@ contains
       end if
    end subroutine create_file
 
-   !> Open an existing file for reading and writing.
+   !> Open an existing file for reading.
    subroutine open_file(self, name, error)
       class(hdf5_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name
       type(error_t), allocatable, intent(out) :: error
       integer :: status
       call start(error)
-      if (.not. allocated(error)) call ask_system(name, 'old', 'open', error)
+      if (.not. allocated(error)) call ask_system(name, 'old', 'read', 'open', error)
       if (allocated(error)) return
       self%name = name
-      call h5fopen_f(name, h5f_acc_rdwr_f, self%id, status)
+      call h5fopen_f(name, h5f_acc_rdonly_f, self%id, status)
       if (status < 0) then
          self%id = -1
          call raise(error, status_io_error, name//': cannot open the result file: it is not an HDF5 file, it is damaged, ' &
@@ -126,6 +130,24 @@ contains
       call h5fflush_f(self%id, h5f_scope_global_f, status)
       call check(status >= 0, self%name, 'write to the result file (is the disk full?)', error)
    end subroutine flush_file
+
+   !> Rename the open file, replacing another one of that name.
+   subroutine rename_file(self, name, error)
+      class(hdf5_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(error_t), allocatable, intent(out) :: error
+      call check(rename_in_system(self%name, name), self%name, 'rename the result file to '//name, error)
+      if (.not. allocated(error)) self%name = name
+   end subroutine rename_file
+
+   !> Make sure that the disk has room for further `bytes`. HDF5 does not survive a full disk: what was written before is
+   !> lost, because the start of the file already counts on what could not be written.
+   subroutine make_room(self, bytes, error)
+      class(hdf5_file_t), intent(in) :: self
+      integer(i8), intent(in) :: bytes
+      type(error_t), allocatable, intent(out) :: error
+      call check(has_room(self%name, bytes), self%name, 'write to the result file: the disk is full', error)
+   end subroutine make_room
 
    subroutine make_group(self, path, error)
       class(hdf5_file_t), intent(in) :: self
@@ -377,6 +399,16 @@ contains
       call self%transfer_rows(offset, size(values), c_loc(values), .false., error)
    end subroutine get_integers
 
+   subroutine get_line(self, offset, line, error)
+      class(hdf5_table_t), intent(in) :: self
+      integer(i8), intent(in) :: offset
+      character(len=:), allocatable, intent(out) :: line
+      type(error_t), allocatable, intent(out) :: error
+      character(len=line_length), target :: buffer
+      call self%transfer_rows(offset, 1, c_loc(buffer), .false., error)
+      line = trim(buffer)
+   end subroutine get_line
+
    subroutine transfer_rows(self, offset, rows, values, write, error)
       class(hdf5_table_t), intent(in) :: self
       integer(i8), intent(in) :: offset
@@ -446,18 +478,20 @@ contains
    subroutine start(error)
       type(error_t), allocatable, intent(out) :: error
       integer :: status
+      ! HDF5 1.10 crashes in its exit handler after a write has failed; files are closed by their owners
+      call h5dont_atexit_f(status)
       call h5open_f(status)
       if (status >= 0) call h5eset_auto_f(0, status)
       if (status < 0) call raise(error, status_io_error, 'the HDF5 library cannot be started')
    end subroutine start
 
    !> Ask the operating system first: it says why a file cannot be written, HDF5 does not.
-   subroutine ask_system(name, file_status, verb, error)
-      character(len=*), intent(in) :: name, file_status, verb
+   subroutine ask_system(name, file_status, action, verb, error)
+      character(len=*), intent(in) :: name, file_status, action, verb
       type(error_t), allocatable, intent(out) :: error
       character(len=256) :: reason
       integer :: unit, status
-      open (newunit=unit, file=name, status=file_status, action='readwrite', form='unformatted', access='stream', &
+      open (newunit=unit, file=name, status=file_status, action=action, form='unformatted', access='stream', &
          & iostat=status, iomsg=reason)
       if (status == 0) then
          close (unit)

@@ -56,6 +56,7 @@ module finshell_results
       procedure, private :: compare_mesh
       procedure, private :: write_mesh
       procedure, private :: write_step
+      procedure, private :: step_size
    end type results_file_t
 
 contains
@@ -64,7 +65,7 @@ contains
    !>
    !> A restartable file also keeps the nodal rotations, and needs the point field 'displacement'.
    subroutine create(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, monitors, &
-      & restartable, error)
+      & restartable, error, published_as)
       class(results_file_t), intent(inout) :: self
       character(len=*), intent(in) :: file_name
       character(len=*), intent(in) :: version !< of finshell
@@ -75,12 +76,14 @@ contains
       type(name_t), intent(in) :: monitors(:)
       logical, intent(in) :: restartable
       type(error_t), allocatable, intent(out) :: error
+      character(len=*), optional, intent(in) :: published_as !< the name the file will have when it is renamed
       call check_fields(point_fields, 'point field', error)
       if (.not. allocated(error)) call check_fields(cell_fields, 'cell field', error)
       if (.not. allocated(error) .and. restartable .and. .not. has_displacement(point_fields)) &
          & call raise(error, status_invalid_argument, file_name//': a restart needs the point field displacement with 3 components')
       if (allocated(error)) return
       self%name = file_name
+      if (present(published_as)) self%name = published_as
       call self%file%create(file_name, error)
       if (allocated(error)) return
       call self%write_mesh(coordinates, triangles, error)
@@ -91,15 +94,18 @@ contains
       if (.not. allocated(error)) call self%file%make_group('/finshell/history', error)
       if (.not. allocated(error)) call self%attach(.true., point_fields, cell_fields, monitors, restartable, error)
       if (.not. allocated(error)) call self%file%flush(error)
-      if (.not. allocated(error)) call self%xdmf%create(xdmf_name(file_name), file_name, self%nodes, self%elements, error)
+      if (.not. allocated(error)) call self%xdmf%create(xdmf_name(self%name), self%name, self%nodes, self%elements, error)
    end subroutine create
 
-   !> Open a restartable file of the same mesh, fields and monitors, to continue after its last complete step.
-   !> Returns that step, with displacement (3, nodes) and rotation quaternions (4, nodes).
-   subroutine open_for_restart(self, file_name, coordinates, triangles, point_fields, cell_fields, monitors, last, &
-      & displacement, quaternions, error)
+   !> Continue a restartable file of the same mesh, fields and monitors after its last complete step, which is returned with
+   !> displacement (3, nodes) and rotation quaternions (4, nodes). Arguments otherwise as for `create`.
+   !>
+   !> The complete steps are copied to a new file that replaces the old one: a run that was killed while it wrote can leave
+   !> traces of a further step, which can be ignored but not safely overwritten.
+   subroutine open_for_restart(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, &
+      & monitors, last, displacement, quaternions, error)
       class(results_file_t), intent(inout) :: self
-      character(len=*), intent(in) :: file_name
+      character(len=*), intent(in) :: file_name, version, input_text
       real(wp), intent(in) :: coordinates(:, :)
       integer, intent(in) :: triangles(:, :)
       type(field_t), intent(in) :: point_fields(:), cell_fields(:)
@@ -107,35 +113,75 @@ contains
       type(increment_t), intent(out) :: last
       real(wp), contiguous, intent(out) :: displacement(:, :), quaternions(:, :)
       type(error_t), allocatable, intent(out) :: error
-      type(increment_t), allocatable :: records(:)
+      type(results_file_t) :: old
+      type(error_t), allocatable :: ignored
       integer(i8) :: restartable
-      integer :: i
-      self%name = file_name
-      call self%file%open(file_name, error)
-      if (.not. allocated(error)) call self%file%get_integer('/finshell', 'restartable', restartable, error)
-      if (.not. allocated(error)) call self%file%get_integer('/VTKHDF/Steps', 'NSteps', self%steps, error)
+      old%name = file_name
+      call old%file%open(file_name, error)
       if (allocated(error)) return
-      if (restartable == 0 .or. .not. has_displacement(point_fields)) then
-         call raise(error, status_io_error, file_name//': cannot restart: the file was written without the data for a restart')
-      else if (self%steps == 0) then
-         call raise(error, status_io_error, file_name//': cannot restart: the file holds no complete step')
-      else
-         call self%compare_mesh(coordinates, triangles, error)
+      call old%file%get_integer('/finshell', 'restartable', restartable, error)
+      if (.not. allocated(error)) call old%file%get_integer('/VTKHDF/Steps', 'NSteps', old%steps, error)
+      if (.not. allocated(error)) then
+         if (restartable == 0) then
+            call raise(error, status_io_error, file_name//': cannot restart: the file was written without the data for a restart')
+         else if (old%steps == 0) then
+            call raise(error, status_io_error, file_name//': cannot restart: the file holds no complete step')
+         end if
       end if
-      if (.not. allocated(error)) call self%attach(.false., point_fields, cell_fields, monitors, .true., error)
-      if (.not. allocated(error)) call read_records(self, records, error)
-      if (allocated(error)) return
-      last = records(size(records))
-      do i = 1, size(point_fields)
-         if (point_fields(i)%name == 'displacement') &
-            & call self%points(i)%values%get_reals((self%steps - 1)*self%nodes, displacement, error)
-      end do
-      if (.not. allocated(error)) call self%quaternions%get_reals((self%steps - 1)*self%nodes, quaternions, error)
-      if (.not. allocated(error)) call self%xdmf%create(xdmf_name(file_name), file_name, self%nodes, self%elements, error)
-      do i = 1, size(records)
-         if (.not. allocated(error)) call self%xdmf%append(i - 1, records(i), point_fields, cell_fields, error)
-      end do
+      if (.not. allocated(error)) call old%compare_mesh(coordinates, triangles, error)
+      if (.not. allocated(error)) call old%attach(.false., point_fields, cell_fields, monitors, .true., error)
+      if (.not. allocated(error)) call self%create(file_name//'.restart', version, input_text, coordinates, triangles, &
+         & point_fields, cell_fields, monitors, .true., error, published_as=file_name)
+      if (.not. allocated(error)) call copy_steps(old, self, point_fields, cell_fields, last, displacement, quaternions, error)
+      call old%close(ignored)
+      if (.not. allocated(error)) call self%file%rename(file_name, error)
    end subroutine open_for_restart
+
+   !> Append the complete steps of a file to a new one; returns the state of the last of them.
+   subroutine copy_steps(old, new, point_fields, cell_fields, last, displacement, quaternions, error)
+      type(results_file_t), intent(in) :: old
+      type(results_file_t), intent(inout) :: new
+      type(field_t), intent(in) :: point_fields(:), cell_fields(:)
+      type(increment_t), intent(out) :: last
+      real(wp), contiguous, intent(out) :: displacement(:, :), quaternions(:, :)
+      type(error_t), allocatable, intent(out) :: error
+      type(increment_t), allocatable :: records(:)
+      type(field_t), allocatable :: points(:), cells(:)
+      character(len=:), allocatable :: line
+      integer(i8) :: step
+      integer :: i
+      points = point_fields
+      cells = cell_fields
+      call read_records(old, records, error)
+      do step = 0, old%lines - 1
+         if (.not. allocated(error)) call old%log%get_line(step, line, error)
+         if (.not. allocated(error)) call new%log_line(line, error)
+      end do
+      do step = 0, old%steps - 1
+         do i = 1, size(points)
+            call get_step(old%points(i), old%nodes, points(i))
+         end do
+         do i = 1, size(cells)
+            call get_step(old%cells(i), old%elements, cells(i))
+         end do
+         if (.not. allocated(error)) call old%quaternions%get_reals(step*old%nodes, quaternions, error)
+         if (.not. allocated(error)) call new%append(records(step + 1), points, cells, error, quaternions)
+         if (allocated(error)) return
+      end do
+      last = records(old%steps)
+      do i = 1, size(points)
+         if (points(i)%name == 'displacement') displacement(:, :) = points(i)%values
+      end do
+   contains
+      subroutine get_step(series, items, field)
+         type(series_t), intent(in) :: series
+         integer, intent(in) :: items
+         type(field_t), intent(inout) :: field
+         if (allocated(error)) return
+         if (.not. allocated(field%values)) allocate (field%values(series%components, items))
+         call series%values%get_reals(step*items, field%values, error)
+      end subroutine get_step
+   end subroutine copy_steps
 
    !> Append one converged increment: fields in the order of `create`, with values. Nothing is written if anything is wrong.
    subroutine append(self, record, point_fields, cell_fields, error, quaternions)
@@ -157,6 +203,7 @@ contains
          rotations = field_t('rotation quaternion', 4, quaternions)
          call check_field(rotations, 4, self%nodes, 'node', record%increment, error)
       end if
+      if (.not. allocated(error)) call self%file%make_room(self%step_size(), error)
       if (.not. allocated(error)) call self%write_step(record, point_fields, cell_fields, rotations, error)
       ! data first, then the number of steps: what a reader finds is complete
       if (.not. allocated(error)) call self%file%flush(error)
@@ -287,7 +334,7 @@ contains
          & //': cannot restart: the file holds another mesh')
    end subroutine compare_mesh
 
-   !> Create the tables that grow, or open them and cut them to the complete steps.
+   !> Create the tables that grow, or open those of an existing file, which must hold all complete steps.
    subroutine attach(self, fresh, point_fields, cell_fields, monitors, restartable, error)
       class(results_file_t), intent(inout) :: self
       logical, intent(in) :: fresh
@@ -336,16 +383,12 @@ contains
          if (allocated(error)) return
          if (fresh) then
             call table%create(self%file, path, kind, error, components, items, rank)
-            return
-         end if
-         call table%open(self%file, path, kind, rows, error, components, rank)
-         if (allocated(error)) return
-         complete = self%steps
-         if (present(items)) complete = complete*items
-         if (rows < complete) then
-            call raise(error, status_io_error, self%name//': '//path//' is shorter than the number of steps: damaged file')
-         else if (rows > complete) then
-            call table%resize(complete, error)
+         else
+            call table%open(self%file, path, kind, rows, error, components, rank)
+            complete = self%steps
+            if (present(items)) complete = complete*items
+            if (.not. allocated(error) .and. rows < complete) call raise(error, status_io_error, self%name//': ' &
+               & //path//' is shorter than the number of steps: the file is damaged')
          end if
       end subroutine grow
 
@@ -409,6 +452,17 @@ contains
       end subroutine put_integer
    end subroutine write_step
 
+   !> Upper bound of the bytes that one step adds to the file.
+   pure integer(i8) function step_size(self)
+      class(results_file_t), intent(in) :: self
+      integer(i8), parameter :: bytes = storage_size(1.0_wp)/8 ! of a real number
+      integer(i8), parameter :: overhead = 8192 ! of a growing dataset: a new chunk of a list, a new node of its index
+      step_size = 32*overhead + sum(int(self%points%components, i8))*self%nodes*bytes &
+         & + sum(int(self%cells%components, i8))*self%elements*bytes &
+         & + overhead*(2*(size(self%points) + size(self%cells)) + size(self%monitored))
+      if (self%restartable) step_size = step_size + 4_i8*self%nodes*bytes
+   end function step_size
+
    !> The history of all complete steps.
    subroutine read_records(self, records, error)
       class(results_file_t), intent(in) :: self
@@ -428,7 +482,8 @@ contains
       end do
       if (allocated(error)) return
       do i = 1, n
-         records(i) = increment_t(int(counts(i, 1)), factors(1, i), int(counts(i, 2)), int(counts(i, 3)), monitors(1, i, :))
+         records(i) = increment_t(int(counts(i, 1)), factors(1, i), int(counts(i, 2)), int(counts(i, 3)))
+         records(i)%monitors = monitors(1, i, :) ! gfortran 12 mistakes the stride in the line above
       end do
    end subroutine read_records
 

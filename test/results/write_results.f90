@@ -7,7 +7,7 @@
 !>    kill     end without closing anything, as a killed run does
 !>    restart  continue an existing file
 program write_results
-   use, intrinsic :: iso_c_binding, only: c_int
+   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
    use, intrinsic :: iso_fortran_env, only: error_unit
    use finshell_error, only: error_t
    use finshell_field, only: field_t, increment_t, name_t
@@ -21,8 +21,16 @@ program write_results
          integer(c_int), value :: signal
          integer(c_int) :: status
       end function c_raise
+      function c_signal(signal, handler) bind(c, name='signal') result(previous)
+         import :: c_int, c_intptr_t
+         integer(c_int), value :: signal
+         integer(c_intptr_t), value :: handler
+         integer(c_intptr_t) :: previous
+      end function c_signal
    end interface
-   integer(c_int), parameter :: signal_kill = 9
+   integer(c_int), parameter :: signal_kill = 9, signal_file_size = 25
+   integer(c_intptr_t), parameter :: ignore = 1
+   character(len=*), parameter :: input = '&job name = "square" /'//new_line('a')//'! größer'//new_line('a')
    type(results_file_t) :: results
    type(history_file_t) :: history
    type(error_t), allocatable :: error
@@ -34,6 +42,8 @@ program write_results
    character(len=:), allocatable :: file, mode
    integer :: step, steps, first
 
+   ! a limit on the size of a file is to act like a full disk; the backtrace of gfortran would catch its signal
+   if (c_signal(signal_file_size, ignore) < 0) error stop 'signal'
    file = argument(1, 'results.vtkhdf')
    mode = argument(4, 'close')
    steps = number(argument(3, '3'))
@@ -44,7 +54,8 @@ program write_results
    monitors(2)%text = 'p, in "psi"'
    first = 0
    if (mode == 'restart') then
-      call results%open_for_restart(file, x, triangles, points, cells, monitors, record, displacement, quaternions, error)
+      call results%open_for_restart(file, '0.0.0', input, x, triangles, points, cells, monitors, record, displacement, &
+         & quaternions, error)
       call stop_on(error)
       first = record%increment + 1
       call fill(record%increment)
@@ -52,8 +63,7 @@ program write_results
       if (maxval(abs(quaternions - state(record%increment))) > 0.0_wp) error stop 'the rotations read are not those written'
       call history%open_for_restart(file//'.history.csv', monitors, record%increment, error)
    else
-      call results%create(file, '0.0.0', '&job name = "square" /'//new_line('a')//'! größer'//new_line('a'), x, triangles, &
-         & points, cells, monitors, .true., error)
+      call results%create(file, '0.0.0', input, x, triangles, points, cells, monitors, .true., error)
       call stop_on(error)
       call history%create(file//'.history.csv', monitors, error)
    end if
