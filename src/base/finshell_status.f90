@@ -30,7 +30,7 @@ contains
       case (status_ok); text = 'done'
       case (status_collapsed_element); text = 'an element has collapsed: its current area is zero or not finite; cut the step'
       case (status_material_limit); text = 'the material law cannot be evaluated at this strain; cut the step'
-      case (status_large_rotation); text = 'a nodal rotation relative to its element is close to pi; cut the step or refine the mesh'
+      case (status_large_rotation); text = 'a nodal rotation relative to its element nears pi; cut the step or refine'
       case (status_not_converged); text = 'an iteration did not converge; cut the step'
       case (status_singular_matrix); text = 'the tangent matrix is singular; check the supports'
       case (status_invalid_argument); text = 'an argument has a wrong size or value, or a required array is missing'

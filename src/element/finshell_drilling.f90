@@ -1,0 +1,213 @@
+!> Membrane strain of the drilling rotations: linear part, and the quadratic part that keeps large stretch stable.
+!>
+!> Formulation (S) of the theory: D + (1 - eta) Qbar + eta <Q>, with D = J d, d = B_b tau, Qbar = 1/2 D C^-1 D = 1/2 d adj(C) d,
+!> <Q> the mean quadratic Green strain of the side bubbles, eta(J) = 1 for J >= 0.95. Both quadratic strains are linear in C and
+!> quadratic in the two differences a = (tau_1 - tau_3, tau_2 - tau_3), and are kept as such: Q_v = 1/2 sum z(v, ab, m) a_a a_b C_m
+!> with ab in (11, 22, 12) and C_m in (C11, C22, C12).
+module finshell_drilling
+   use finshell_kinds, only: wp, lanes
+   use finshell_material, only: level_force, level_tangent
+   use finshell_reference, only: reference_t, alpha_b
+   implicit none
+   private
+   public :: drilling_t, new_drilling, add_drilling_hessian
+
+   type :: quadratic_t
+      real(wp) :: z(lanes, 3, 3, 3) !< (Voigt, ab, m)
+      real(wp) :: value(lanes, 3)
+      real(wp) :: da(lanes, 3, 2) !< with respect to the differences
+      real(wp) :: de(lanes, 3, 3) !< with respect to the midsurface strain
+   end type quadratic_t
+
+   type :: drilling_t
+      real(wp) :: a(lanes, 2) !< drilling differences
+      real(wp) :: dj(lanes, 3) !< dJ/d(midsurface strain)
+      real(wp) :: eta(lanes), deta(lanes), ddeta(lanes)
+      real(wp) :: linear(lanes, 3) !< d
+      type(quadratic_t) :: qbar, q
+      real(wp) :: strain(lanes, 3)
+      real(wp) :: strain_a(lanes, 3, 2), strain_e(lanes, 3, 3)
+   end type drilling_t
+
+contains
+
+   !> Drilling strain of a block of elements with its first derivatives.
+   pure subroutine new_drilling(level, ref, c, jacobian, tau, d)
+      integer, intent(in) :: level
+      type(reference_t), intent(in) :: ref
+      real(wp), intent(in) :: c(lanes, 3), jacobian(lanes)
+      real(wp), intent(in) :: tau(lanes, 3) !< drilling angles
+      type(drilling_t), intent(out) :: d
+      real(wp), dimension(lanes) :: inverse, s
+      integer :: i, v
+
+      d%a(:, 1) = tau(:, 1) - tau(:, 3)
+      d%a(:, 2) = tau(:, 2) - tau(:, 3)
+      s = min(max((jacobian - 0.6_wp)*(1/0.35_wp), 0.0_wp), 1.0_wp)
+      d%eta = s**3*(10 - 15*s + 6*s**2)
+      d%deta = (30/0.35_wp)*(s*(1 - s))**2
+      d%ddeta = (60/0.35_wp**2)*s*(1 - s)*(1 - 2*s)
+      inverse = 1/jacobian
+      d%dj(:, 1) = c(:, 2)*inverse
+      d%dj(:, 2) = c(:, 1)*inverse
+      d%dj(:, 3) = -c(:, 3)*inverse
+      call mean_gradient_part(ref, d%qbar)
+      call bubble_part(ref, d%q)
+      call evaluate(level, c, d%a, d%qbar)
+      call evaluate(level, c, d%a, d%q)
+      do v = 1, 3
+         d%linear(:, v) = ref%basic(:, v, 1)*d%a(:, 1) + ref%basic(:, v, 2)*d%a(:, 2)
+         d%strain(:, v) = jacobian*d%linear(:, v) + (1 - d%eta)*d%qbar%value(:, v) + d%eta*d%q%value(:, v)
+      end do
+      if (level < level_force) return
+      do i = 1, 2
+         do v = 1, 3
+            d%strain_a(:, v, i) = jacobian*ref%basic(:, v, i) + (1 - d%eta)*d%qbar%da(:, v, i) + d%eta*d%q%da(:, v, i)
+         end do
+      end do
+      do i = 1, 3
+         do v = 1, 3
+            d%strain_e(:, v, i) = d%dj(:, i)*(d%linear(:, v) + d%deta*(d%q%value(:, v) - d%qbar%value(:, v))) &
+               + (1 - d%eta)*d%qbar%de(:, v, i) + d%eta*d%q%de(:, v, i)
+         end do
+      end do
+   end subroutine new_drilling
+
+   !> z of Qbar = 1/2 d adj(C) d, from the basic strain of each difference, B_a = [p r; r q].
+   pure subroutine mean_gradient_part(ref, quadratic)
+      type(reference_t), intent(in) :: ref
+      type(quadratic_t), intent(inout) :: quadratic
+      integer, parameter :: first(3) = [1, 2, 1], second(3) = [1, 2, 2]
+      real(wp), dimension(lanes) :: pa, qa, ra, pb, qb, rb
+      integer :: ab
+      do ab = 1, 3
+         pa = ref%basic(:, 1, first(ab))
+         qa = ref%basic(:, 2, first(ab))
+         ra = 0.5_wp*ref%basic(:, 3, first(ab))
+         pb = ref%basic(:, 1, second(ab))
+         qb = ref%basic(:, 2, second(ab))
+         rb = 0.5_wp*ref%basic(:, 3, second(ab))
+         quadratic%z(:, 1, ab, 1) = ra*rb
+         quadratic%z(:, 1, ab, 2) = pa*pb
+         quadratic%z(:, 1, ab, 3) = -(pa*rb + ra*pb)
+         quadratic%z(:, 2, ab, 1) = qa*qb
+         quadratic%z(:, 2, ab, 2) = ra*rb
+         quadratic%z(:, 2, ab, 3) = -(ra*qb + qa*rb)
+         quadratic%z(:, 3, ab, 1) = ra*qb + rb*qa
+         quadratic%z(:, 3, ab, 2) = pa*rb + pb*ra
+         quadratic%z(:, 3, ab, 3) = -(pa*qb + pb*qa + 2*ra*rb)
+      end do
+   end subroutine mean_gradient_part
+
+   !> z of <Q>: bubbles (alpha_b/8)(tau_j - tau_i) L_k 4 zeta_i zeta_j on the sides.
+   pure subroutine bubble_part(ref, quadratic)
+      type(reference_t), intent(in) :: ref
+      type(quadratic_t), intent(inout) :: quadratic
+      integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
+      real(wp), parameter :: factor = (alpha_b/8)**2/3
+      real(wp) :: mean(lanes, 3, 6), metric(lanes, 3, 6)
+      integer :: kl, m, v
+      do kl = 1, 6
+         associate (nk => ref%bubble(:, :, first(kl), :), nl => ref%bubble(:, :, second(kl), :), &
+                    lk => ref%side(:, :, first(kl)), ll => ref%side(:, :, second(kl)))
+            mean(:, 1, kl) = factor*(nk(:, 1, 1)*nl(:, 1, 1) + nk(:, 1, 2)*nl(:, 1, 2) + nk(:, 1, 3)*nl(:, 1, 3))
+            mean(:, 2, kl) = factor*(nk(:, 2, 1)*nl(:, 2, 1) + nk(:, 2, 2)*nl(:, 2, 2) + nk(:, 2, 3)*nl(:, 2, 3))
+            mean(:, 3, kl) = factor*(nk(:, 1, 1)*nl(:, 2, 1) + nk(:, 1, 2)*nl(:, 2, 2) + nk(:, 1, 3)*nl(:, 2, 3) &
+                                     + nk(:, 2, 1)*nl(:, 1, 1) + nk(:, 2, 2)*nl(:, 1, 2) + nk(:, 2, 3)*nl(:, 1, 3))
+            metric(:, 1, kl) = lk(:, 1)*ll(:, 1)
+            metric(:, 2, kl) = lk(:, 2)*ll(:, 2)
+            metric(:, 3, kl) = lk(:, 1)*ll(:, 2) + lk(:, 2)*ll(:, 1)
+         end associate
+      end do
+      ! side differences from a: (a2 - a1, -a2, a1)
+      do m = 1, 3
+         do v = 1, 3
+            quadratic%z(:, v, 1, m) = mean(:, v, 1)*metric(:, m, 1) + mean(:, v, 3)*metric(:, m, 3) &
+               - 2*(mean(:, v, 5)*metric(:, m, 5))
+            quadratic%z(:, v, 2, m) = mean(:, v, 1)*metric(:, m, 1) + mean(:, v, 2)*metric(:, m, 2) &
+               - 2*(mean(:, v, 4)*metric(:, m, 4))
+            quadratic%z(:, v, 3, m) = mean(:, v, 4)*metric(:, m, 4) + mean(:, v, 5)*metric(:, m, 5) &
+               - mean(:, v, 1)*metric(:, m, 1) - mean(:, v, 6)*metric(:, m, 6)
+         end do
+      end do
+   end subroutine bubble_part
+
+   pure subroutine evaluate(level, c, a, quadratic)
+      integer, intent(in) :: level
+      real(wp), intent(in) :: c(lanes, 3), a(lanes, 2)
+      type(quadratic_t), intent(inout) :: quadratic
+      real(wp) :: half(lanes, 3), w(lanes, 3)
+      integer :: ab, v
+      half(:, 1) = 0.5_wp*a(:, 1)**2
+      half(:, 2) = 0.5_wp*a(:, 2)**2
+      half(:, 3) = a(:, 1)*a(:, 2)
+      do v = 1, 3
+         do ab = 1, 3
+            w(:, ab) = quadratic%z(:, v, ab, 1)*c(:, 1) + quadratic%z(:, v, ab, 2)*c(:, 2) + quadratic%z(:, v, ab, 3)*c(:, 3)
+         end do
+         quadratic%da(:, v, 1) = w(:, 1)*a(:, 1) + w(:, 3)*a(:, 2)
+         quadratic%da(:, v, 2) = w(:, 3)*a(:, 1) + w(:, 2)*a(:, 2)
+         quadratic%value(:, v) = 0.5_wp*(quadratic%da(:, v, 1)*a(:, 1) + quadratic%da(:, v, 2)*a(:, 2))
+         if (level < level_force) cycle
+         associate (z => quadratic%z(:, v, :, :))
+            quadratic%de(:, v, 1) = 2*(z(:, 1, 1)*half(:, 1) + z(:, 2, 1)*half(:, 2) + z(:, 3, 1)*half(:, 3))
+            quadratic%de(:, v, 2) = 2*(z(:, 1, 2)*half(:, 1) + z(:, 2, 2)*half(:, 2) + z(:, 3, 2)*half(:, 3))
+            quadratic%de(:, v, 3) = z(:, 1, 3)*half(:, 1) + z(:, 2, 3)*half(:, 2) + z(:, 3, 3)*half(:, 3)
+         end associate
+      end do
+   end subroutine evaluate
+
+   !> Second derivatives of n . strain for a fixed membrane force n, added to the core Hessian.
+   pure subroutine add_drilling_hessian(ref, c, jacobian, d, n, ee, ea, aa)
+      type(reference_t), intent(in) :: ref
+      real(wp), intent(in) :: c(lanes, 3), jacobian(lanes)
+      type(drilling_t), intent(in) :: d
+      real(wp), intent(in) :: n(lanes, 3)
+      real(wp), intent(out) :: ee(lanes, 6) !< strain-strain, packed symmetric
+      real(wp), intent(out) :: ea(lanes, 3, 2) !< strain-difference
+      real(wp), intent(out) :: aa(lanes, 3) !< difference-difference, (11, 22, 12)
+      integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
+      real(wp) :: zn(lanes, 3, 3), de(lanes, 3), da(lanes, 2)
+      real(wp), dimension(lanes) :: coefficient, difference, inverse, nd
+      integer :: ab, i, j, k, m
+
+      ! z is blended once, then contracted with n
+      do m = 1, 3
+         do ab = 1, 3
+            zn(:, ab, m) = (1 - d%eta)*(n(:, 1)*d%qbar%z(:, 1, ab, m) + n(:, 2)*d%qbar%z(:, 2, ab, m) &
+                                        + n(:, 3)*d%qbar%z(:, 3, ab, m)) &
+               + d%eta*(n(:, 1)*d%q%z(:, 1, ab, m) + n(:, 2)*d%q%z(:, 2, ab, m) + n(:, 3)*d%q%z(:, 3, ab, m))
+         end do
+      end do
+      do ab = 1, 3
+         aa(:, ab) = zn(:, ab, 1)*c(:, 1) + zn(:, ab, 2)*c(:, 2) + zn(:, ab, 3)*c(:, 3)
+      end do
+      difference = n(:, 1)*(d%q%value(:, 1) - d%qbar%value(:, 1)) + n(:, 2)*(d%q%value(:, 2) - d%qbar%value(:, 2)) &
+         + n(:, 3)*(d%q%value(:, 3) - d%qbar%value(:, 3))
+      nd = n(:, 1)*d%linear(:, 1) + n(:, 2)*d%linear(:, 2) + n(:, 3)*d%linear(:, 3)
+      do i = 1, 3
+         de(:, i) = d%deta*(n(:, 1)*(d%q%de(:, 1, i) - d%qbar%de(:, 1, i)) + n(:, 2)*(d%q%de(:, 2, i) - d%qbar%de(:, 2, i)) &
+                            + n(:, 3)*(d%q%de(:, 3, i) - d%qbar%de(:, 3, i)))
+      end do
+      do j = 1, 2
+         da(:, j) = n(:, 1)*ref%basic(:, 1, j) + n(:, 2)*ref%basic(:, 2, j) + n(:, 3)*ref%basic(:, 3, j) &
+            + d%deta*(n(:, 1)*(d%q%da(:, 1, j) - d%qbar%da(:, 1, j)) + n(:, 2)*(d%q%da(:, 2, j) - d%qbar%da(:, 2, j)) &
+                      + n(:, 3)*(d%q%da(:, 3, j) - d%qbar%da(:, 3, j)))
+      end do
+      do i = 1, 3
+         ea(:, i, 1) = merge(1, 2, i == 3)*(zn(:, 1, i)*d%a(:, 1) + zn(:, 3, i)*d%a(:, 2)) + d%dj(:, i)*da(:, 1)
+         ea(:, i, 2) = merge(1, 2, i == 3)*(zn(:, 3, i)*d%a(:, 1) + zn(:, 2, i)*d%a(:, 2)) + d%dj(:, i)*da(:, 2)
+      end do
+      ! J J,ab = (J^2),ab/2 - J,a J,b with (J^2),12 = 4 and (J^2),33 = -2
+      inverse = 1/jacobian
+      coefficient = nd + d%deta*difference
+      do k = 1, 6
+         i = first(k)
+         j = second(k)
+         ee(:, k) = -coefficient*inverse*d%dj(:, i)*d%dj(:, j) + d%ddeta*difference*d%dj(:, i)*d%dj(:, j) &
+            + d%dj(:, i)*de(:, j) + d%dj(:, j)*de(:, i)
+      end do
+      ee(:, 3) = ee(:, 3) - coefficient*inverse
+      ee(:, 4) = ee(:, 4) + 2*coefficient*inverse
+   end subroutine add_drilling_hessian
+end module finshell_drilling

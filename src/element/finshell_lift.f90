@@ -1,0 +1,476 @@
+!> From the core variables to nodal forces and the consistent tangent, the variation of the filter included exactly.
+!>
+!> Intermediate variations, components in the corotated frame: y = (df_1, df_2) of the midsurface gradient and the nodal
+!> spins w_i. With U the in-plane stretch, t = tr U, phi = (psi_2, -psi_1):
+!>   spin of the frame:    psi_3 = (df_12 - df_21)/t,   U phi = -(df_13, df_23)
+!>   filtered rotations:   dtheta_i = H_i x_i,   x_i = w_i - psi,   H = T^-1(theta_i)
+!>   stretch:              dU_11 = df_11 + psi_3 U_12,  dU_22 = df_22 - psi_3 U_12,  dU_12 = df_21 + psi_3 U_22
+!> Second variations are taken along straight nodal paths and w_i = const (R_i <- exp(s w_i) R_i), so the tangent with
+!> respect to spins is symmetric: the symmetric part of the textbook one (theory A5), from which it differs only by
+!> out-of-balance moments. For total rotation vectors it is the exact Hessian.
+module finshell_lift
+   use finshell_kinds, only: wp, lanes
+   use finshell_core, only: core_t, n_core
+   use finshell_filter, only: filter_t
+   use finshell_material, only: level_tangent
+   use finshell_reference, only: reference_t
+   implicit none
+   private
+   public :: lift
+
+   integer, parameter :: n_lift = 15 !< df_1, df_2, w_1, w_2, w_3
+
+contains
+
+   !> Nodal force and tangent, dofs (displacement, rotation) of each node in turn, global components.
+   pure subroutine lift(level, ref, filter, core, node_frame, force, moment, tangent)
+      integer, intent(in) :: level
+      type(reference_t), intent(in) :: ref
+      type(filter_t), intent(in) :: filter
+      type(core_t), intent(in) :: core
+      !> Per node, columns: the corotated axes as seen by the rotational dofs (filter%rotation for spins, T' times it for
+      !> total rotation vectors).
+      real(wp), intent(in) :: node_frame(lanes, 3, 3, 3)
+      real(wp), intent(inout) :: force(lanes, 18)
+      real(wp), intent(inout) :: moment(lanes, 3, 3) !< nodal moments conjugate to spins (global component, node)
+      real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle only
+      real(wp) :: h(lanes, 3, 3, 3) !< H_i (row, column, node)
+      real(wp) :: a(lanes, 3, 3, 3) !< d(tau_i, G_i1, G_i2)/dx_i (row, column, node)
+      real(wp) :: lf(lanes, n_core, 6) !< d(core)/dy
+      real(wp) :: f(lanes, n_lift), k(lanes, n_lift, n_lift)
+
+      call inverse_tangents(filter, h)
+      call first_variation(filter, h, a, lf)
+      call intermediate_force(core%gradient, a, lf, f)
+      call expand_force(ref, filter, node_frame, f, force, moment)
+      if (level < level_tangent) return
+      call material_part(core%hessian, a, lf, k)
+      call geometric_part(filter, core%gradient, h, f, k)
+      call expand_tangent(ref, filter, node_frame, k, tangent)
+   end subroutine lift
+
+   !> H(theta) = I - K/2 + eta K^2, K = spin(theta).
+   pure subroutine inverse_tangents(filter, h)
+      type(filter_t), intent(in) :: filter
+      real(wp), intent(out) :: h(lanes, 3, 3, 3)
+      real(wp), dimension(lanes) :: e
+      integer :: i
+      do i = 1, 3
+         associate (t => filter%theta(:, :, i))
+            e = filter%eta(:, i)
+            h(:, 1, 1, i) = 1 - e*(t(:, 2)**2 + t(:, 3)**2)
+            h(:, 2, 2, i) = 1 - e*(t(:, 1)**2 + t(:, 3)**2)
+            h(:, 3, 3, i) = 1 - e*(t(:, 1)**2 + t(:, 2)**2)
+            h(:, 1, 2, i) = e*t(:, 1)*t(:, 2) + 0.5_wp*t(:, 3)
+            h(:, 2, 1, i) = e*t(:, 1)*t(:, 2) - 0.5_wp*t(:, 3)
+            h(:, 1, 3, i) = e*t(:, 1)*t(:, 3) - 0.5_wp*t(:, 2)
+            h(:, 3, 1, i) = e*t(:, 1)*t(:, 3) + 0.5_wp*t(:, 2)
+            h(:, 2, 3, i) = e*t(:, 2)*t(:, 3) + 0.5_wp*t(:, 1)
+            h(:, 3, 2, i) = e*t(:, 2)*t(:, 3) - 0.5_wp*t(:, 1)
+         end associate
+      end do
+   end subroutine inverse_tangents
+
+   !> Core variables as linear functions of y and of the spins.
+   pure subroutine first_variation(filter, h, a, lf)
+      type(filter_t), intent(in) :: filter
+      real(wp), intent(in) :: h(lanes, 3, 3, 3)
+      real(wp), intent(out) :: a(lanes, 3, 3, 3), lf(lanes, n_core, 6)
+      real(wp) :: w(lanes, 3), inverse(lanes)
+      integer :: c, i, m, v
+      associate (u11 => filter%u(:, 1), u22 => filter%u(:, 2), u12 => filter%u(:, 3), &
+                 v11 => filter%u_inverse(:, 1), v22 => filter%u_inverse(:, 2), v12 => filter%u_inverse(:, 3))
+         lf = 0
+         lf(:, 1, 1) = u11
+         lf(:, 1, 2) = u12
+         lf(:, 2, 4) = u12
+         lf(:, 2, 5) = u22
+         lf(:, 3, 1) = u12
+         lf(:, 3, 2) = u22
+         lf(:, 3, 4) = u11
+         lf(:, 3, 5) = u12
+         inverse = 1/filter%trace_u
+         do i = 1, 3
+            associate (t1 => filter%theta(:, 1, i), t2 => filter%theta(:, 2, i))
+               do c = 1, 3
+                  a(:, 1, c, i) = h(:, 3, c, i)
+                  a(:, 2, c, i) = u12*h(:, 1, c, i) - u11*h(:, 2, c, i)
+                  a(:, 3, c, i) = u22*h(:, 1, c, i) - u12*h(:, 2, c, i)
+               end do
+               ! through psi_3: the rotations turn back, and U turns with the frame
+               w(:, 1) = -a(:, 1, 3, i)*inverse
+               w(:, 2) = (filter%slope(:, 2, i) - a(:, 2, 3, i))*inverse
+               w(:, 3) = -(t1*u12 + t2*u22 + a(:, 3, 3, i))*inverse
+               do m = 1, 3
+                  v = merge(3 + i, 3 + 2*i + m, m == 1)
+                  lf(:, v, 2) = w(:, m)
+                  lf(:, v, 4) = -w(:, m)
+                  lf(:, v, 3) = a(:, m, 2, i)*v11 - a(:, m, 1, i)*v12
+                  lf(:, v, 6) = a(:, m, 2, i)*v12 - a(:, m, 1, i)*v22
+               end do
+               lf(:, 5 + 2*i, 1) = -t2
+               lf(:, 5 + 2*i, 4) = lf(:, 5 + 2*i, 4) + t1
+               lf(:, 6 + 2*i, 4) = lf(:, 6 + 2*i, 4) - t2
+               lf(:, 6 + 2*i, 5) = t1
+            end associate
+         end do
+      end associate
+   end subroutine first_variation
+
+   !> f = L' gradient.
+   pure subroutine intermediate_force(gradient, a, lf, f)
+      real(wp), intent(in) :: gradient(lanes, n_core), a(lanes, 3, 3, 3), lf(lanes, n_core, 6)
+      real(wp), intent(out) :: f(lanes, n_lift)
+      integer :: c, i, v
+      do c = 1, 6
+         f(:, c) = 0
+         do v = 1, n_core
+            f(:, c) = f(:, c) + lf(:, v, c)*gradient(:, v)
+         end do
+      end do
+      do i = 1, 3
+         do c = 1, 3
+            f(:, 3 + 3*i + c) = a(:, 1, c, i)*gradient(:, 3 + i) + a(:, 2, c, i)*gradient(:, 5 + 2*i) &
+               + a(:, 3, c, i)*gradient(:, 6 + 2*i)
+         end do
+      end do
+   end subroutine intermediate_force
+
+   !> k = L' hessian L, upper triangle.
+   pure subroutine material_part(hessian, a, lf, k)
+      real(wp), intent(in) :: hessian(lanes, n_core, n_core), a(lanes, 3, 3, 3), lf(lanes, n_core, 6)
+      real(wp), intent(inout) :: k(lanes, n_lift, n_lift)
+      real(wp) :: t(lanes, n_core)
+      integer :: c, d, i, j, v
+      do c = 1, 6
+         do v = 1, n_core
+            t(:, v) = hessian(:, v, 1)*lf(:, 1, c) + hessian(:, v, 2)*lf(:, 2, c) + hessian(:, v, 3)*lf(:, 3, c) &
+               + hessian(:, v, 4)*lf(:, 4, c) + hessian(:, v, 5)*lf(:, 5, c) + hessian(:, v, 6)*lf(:, 6, c) &
+               + hessian(:, v, 7)*lf(:, 7, c) + hessian(:, v, 8)*lf(:, 8, c) + hessian(:, v, 9)*lf(:, 9, c) &
+               + hessian(:, v, 10)*lf(:, 10, c) + hessian(:, v, 11)*lf(:, 11, c) + hessian(:, v, 12)*lf(:, 12, c)
+         end do
+         do d = 1, c
+            k(:, d, c) = t(:, 1)*lf(:, 1, d) + t(:, 2)*lf(:, 2, d) + t(:, 3)*lf(:, 3, d) + t(:, 4)*lf(:, 4, d) &
+               + t(:, 5)*lf(:, 5, d) + t(:, 6)*lf(:, 6, d) + t(:, 7)*lf(:, 7, d) + t(:, 8)*lf(:, 8, d) &
+               + t(:, 9)*lf(:, 9, d) + t(:, 10)*lf(:, 10, d) + t(:, 11)*lf(:, 11, d) + t(:, 12)*lf(:, 12, d)
+         end do
+         do i = 1, 3
+            do d = 1, 3
+               k(:, c, 3 + 3*i + d) = a(:, 1, d, i)*t(:, 3 + i) + a(:, 2, d, i)*t(:, 5 + 2*i) + a(:, 3, d, i)*t(:, 6 + 2*i)
+            end do
+         end do
+      end do
+      do j = 1, 3
+         do c = 1, 3
+            do v = 4, n_core
+               t(:, v) = hessian(:, v, 3 + j)*a(:, 1, c, j) + hessian(:, v, 5 + 2*j)*a(:, 2, c, j) &
+                  + hessian(:, v, 6 + 2*j)*a(:, 3, c, j)
+            end do
+            do i = 1, j
+               do d = 1, merge(c, 3, i == j)
+                  k(:, 3 + 3*i + d, 3 + 3*j + c) = a(:, 1, d, i)*t(:, 3 + i) + a(:, 2, d, i)*t(:, 5 + 2*i) &
+                     + a(:, 3, d, i)*t(:, 6 + 2*i)
+               end do
+            end do
+         end do
+      end do
+   end subroutine material_part
+
+   !> Second variations of the core variables at fixed gradient, added to the upper triangle.
+   pure subroutine geometric_part(filter, gradient, h, f, k)
+      type(filter_t), intent(in) :: filter
+      real(wp), intent(in) :: gradient(lanes, n_core), h(lanes, 3, 3, 3)
+      real(wp), intent(in) :: f(lanes, n_lift) !< f(7:15): moments conjugate to the spins
+      real(wp), intent(inout) :: k(lanes, n_lift, n_lift)
+      real(wp) :: l(lanes, 3, 3), w(lanes, 3, 6), sum_r(lanes, 3, 6), sum_wz(lanes, 3, 6), r(lanes, 3, 6), wz(lanes, 3, 6)
+      real(wp) :: z(lanes, 6, 6), gamma(lanes, 3, 6), q(lanes, 6, 6), moment(lanes, 3), v(lanes, 2), m(lanes, 3)
+      real(wp), dimension(lanes) :: p11, p22, p12, sigma, inverse, rho, s1, s3
+      integer :: c, d, i
+
+      associate (u11 => filter%u(:, 1), u22 => filter%u(:, 2), u12 => filter%u(:, 3), &
+                 v11 => filter%u_inverse(:, 1), v22 => filter%u_inverse(:, 2), v12 => filter%u_inverse(:, 3))
+         inverse = 1/filter%trace_u
+         ! psi = gamma y; z = (psi, dU11, dU22, dU12) as functions of y
+         gamma = 0
+         gamma(:, 1, 3) = v12
+         gamma(:, 1, 6) = v22
+         gamma(:, 2, 3) = -v11
+         gamma(:, 2, 6) = -v12
+         gamma(:, 3, 2) = inverse
+         gamma(:, 3, 4) = -inverse
+         z = 0
+         z(:, 1:3, :) = gamma
+         z(:, 4, 1) = 1
+         z(:, 4, 2) = u12*inverse
+         z(:, 4, 4) = -u12*inverse
+         z(:, 5, 5) = 1
+         z(:, 5, 2) = -u12*inverse
+         z(:, 5, 4) = u12*inverse
+         z(:, 6, 4) = 1 - u22*inverse
+         z(:, 6, 2) = u22*inverse
+
+         ! nodes: x' L x + 2 x' W z, with x = w - psi
+         moment = 0
+         sum_r = 0
+         sum_wz = 0
+         p11 = 0
+         p22 = 0
+         p12 = 0
+         do i = 1, 3
+            associate (t => filter%theta(:, :, i), q1 => gradient(:, 5 + 2*i), q2 => gradient(:, 6 + 2*i), &
+                       mu => f(:, 4 + 3*i:6 + 3*i))
+               m(:, 1) = q1*u12 + q2*u22
+               m(:, 2) = -q1*u11 - q2*u12
+               m(:, 3) = gradient(:, 3 + i)
+               call rotation_hessian(t, filter%eta(:, i), filter%mu(:, i), m, h(:, :, :, i), l)
+               moment = moment + mu
+               p11 = p11 - q1*t(:, 2)
+               p22 = p22 + q2*t(:, 1)
+               p12 = p12 + q1*t(:, 1) - q2*t(:, 2)
+               w = 0
+               w(:, 1, 2) = 0.5_wp*mu(:, 3)
+               w(:, 2, 1) = -0.5_wp*mu(:, 3)
+               w(:, 1, 3) = -0.5_wp*mu(:, 2)
+               w(:, 3, 1) = 0.5_wp*mu(:, 2)
+               w(:, 2, 3) = 0.5_wp*mu(:, 1)
+               w(:, 3, 2) = -0.5_wp*mu(:, 1)
+               do c = 1, 3
+                  w(:, c, 4) = -h(:, 2, c, i)*q1
+                  w(:, c, 5) = h(:, 1, c, i)*q2
+                  w(:, c, 6) = h(:, 1, c, i)*q1 - h(:, 2, c, i)*q2
+               end do
+               do c = 1, 3
+                  ! z is sparse: columns 1 (dU11), 5 (dU22), 3 and 6 (psi_1, psi_2), 2 and 4 (psi_3 and the stretch)
+                  wz(:, c, 1) = w(:, c, 4)
+                  wz(:, c, 5) = w(:, c, 5)
+                  wz(:, c, 2) = inverse*(w(:, c, 3) + u12*(w(:, c, 4) - w(:, c, 5)) + u22*w(:, c, 6))
+                  wz(:, c, 4) = w(:, c, 6) - wz(:, c, 2)
+                  wz(:, c, 3) = w(:, c, 1)*v12 - w(:, c, 2)*v11
+                  wz(:, c, 6) = w(:, c, 1)*v22 - w(:, c, 2)*v12
+                  r(:, c, 1) = wz(:, c, 1)
+                  r(:, c, 5) = wz(:, c, 5)
+                  r(:, c, 2) = wz(:, c, 2) - l(:, c, 3)*inverse
+                  r(:, c, 4) = wz(:, c, 4) + l(:, c, 3)*inverse
+                  r(:, c, 3) = wz(:, c, 3) - l(:, c, 1)*v12 + l(:, c, 2)*v11
+                  r(:, c, 6) = wz(:, c, 6) - l(:, c, 1)*v22 + l(:, c, 2)*v12
+               end do
+               sum_r = sum_r + r
+               sum_wz = sum_wz + wz
+               do c = 1, 3
+                  do d = 1, 6
+                     k(:, d, 3 + 3*i + c) = k(:, d, 3 + 3*i + c) + r(:, c, d)
+                  end do
+                  do d = 1, c
+                     k(:, 3 + 3*i + d, 3 + 3*i + c) = k(:, 3 + 3*i + d, 3 + 3*i + c) + l(:, d, c)
+                  end do
+               end do
+            end associate
+         end do
+
+         ! frame: quadratic form q(y) of psi', U'' and the nodal terms carried by psi; only q + q' matters
+         do d = 1, 6
+            do c = 1, 6
+               q(:, c, d) = 0
+            end do
+         end do
+         sum_r = sum_r + sum_wz
+         do d = 1, 6
+            q(:, 2, d) = q(:, 2, d) - inverse*sum_r(:, 3, d)
+            q(:, 4, d) = q(:, 4, d) + inverse*sum_r(:, 3, d)
+            q(:, 3, d) = q(:, 3, d) - v12*sum_r(:, 1, d) + v11*sum_r(:, 2, d)
+            q(:, 6, d) = q(:, 6, d) - v22*sum_r(:, 1, d) + v12*sum_r(:, 2, d)
+         end do
+         sigma = -moment(:, 3) + (p11 - p22)*u12 + p12*u22
+         ! in-plane: psi_3 times a linear function of y
+         rho = (p11 - p22)*u22 - p12*u12
+         s1 = -2*sigma*inverse
+         do c = 2, 4, 2
+            s3 = merge(1, -1, c == 2)*inverse
+            q(:, c, 1) = q(:, c, 1) + s3*s1
+            q(:, c, 2) = q(:, c, 2) + s3*(p11 + rho*inverse)
+            q(:, c, 4) = q(:, c, 4) + s3*(p11 - 2*p22 - rho*inverse)
+            q(:, c, 5) = q(:, c, 5) + s3*(s1 + 2*p12)
+         end do
+         ! out-of-plane: phi_1 = -(v11 y3 + v12 y6), phi_2 = -(v12 y3 + v22 y6)
+         s1 = sigma*inverse
+         q(:, 3, 3) = q(:, 3, 3) + s1*v12 + p11*v11
+         q(:, 6, 6) = q(:, 6, 6) - s1*v12 + p22*v22 + p12*v12
+         q(:, 3, 6) = q(:, 3, 6) + s1*(v22 - v11) + p11*v12 + p22*v12 + p12*v11
+         ! in-plane times out-of-plane: work of the moments on phi', with v = U^-1 (moment_2, -moment_1)
+         v(:, 1) = v11*moment(:, 2) - v12*moment(:, 1)
+         v(:, 2) = v12*moment(:, 2) - v22*moment(:, 1)
+         do d = 1, 5
+            if (d == 3) cycle
+            s1 = v(:, 1)*z(:, 4, d) + v(:, 2)*z(:, 6, d)
+            s3 = v(:, 1)*z(:, 6, d) + v(:, 2)*z(:, 5, d)
+            if (d == 1) s1 = s1 + v(:, 1)
+            if (d == 4) s1 = s1 + v(:, 2)
+            if (d == 2) s3 = s3 + v(:, 1)
+            if (d == 5) s3 = s3 + v(:, 2)
+            q(:, 3, d) = q(:, 3, d) - v11*s1 - v12*s3
+            q(:, 6, d) = q(:, 6, d) - v12*s1 - v22*s3
+         end do
+         do d = 1, 6
+            do c = 1, d
+               k(:, c, d) = k(:, c, d) + 0.5_wp*(q(:, c, d) + q(:, d, c))
+            end do
+         end do
+      end associate
+      ! stress on df . df
+      do c = 1, 3
+         k(:, c, c) = k(:, c, c) + gradient(:, 1)
+         k(:, 3 + c, 3 + c) = k(:, 3 + c, 3 + c) + gradient(:, 2)
+         k(:, c, 3 + c) = k(:, c, 3 + c) + gradient(:, 3)
+      end do
+   end subroutine geometric_part
+
+   !> Symmetric part of d(H' m)/dtheta H: the second derivative of m . theta with respect to the spin (theory A4).
+   pure subroutine rotation_hessian(t, eta, mu, m, h, l)
+      real(wp), intent(in) :: t(lanes, 3), eta(lanes), mu(lanes), m(lanes, 3), h(lanes, 3, 3)
+      real(wp), intent(out) :: l(lanes, 3, 3)
+      real(wp) :: d(lanes, 3, 3), b(lanes, 3), p(lanes, 3, 3)
+      real(wp), dimension(lanes) :: tm, t2
+      integer :: c, r
+      tm = t(:, 1)*m(:, 1) + t(:, 2)*m(:, 2) + t(:, 3)*m(:, 3)
+      t2 = t(:, 1)**2 + t(:, 2)**2 + t(:, 3)**2
+      do c = 1, 3
+         ! K^2 m = t (t.m) - t2 m
+         b(:, c) = mu*(t(:, c)*tm - t2*m(:, c)) - 2*eta*m(:, c)
+      end do
+      do c = 1, 3
+         do r = 1, 3
+            d(:, r, c) = b(:, r)*t(:, c) + eta*t(:, r)*m(:, c)
+         end do
+         d(:, c, c) = d(:, c, c) + eta*tm
+      end do
+      d(:, 1, 2) = d(:, 1, 2) + 0.5_wp*m(:, 3)
+      d(:, 2, 1) = d(:, 2, 1) - 0.5_wp*m(:, 3)
+      d(:, 1, 3) = d(:, 1, 3) - 0.5_wp*m(:, 2)
+      d(:, 3, 1) = d(:, 3, 1) + 0.5_wp*m(:, 2)
+      d(:, 2, 3) = d(:, 2, 3) + 0.5_wp*m(:, 1)
+      d(:, 3, 2) = d(:, 3, 2) - 0.5_wp*m(:, 1)
+      do c = 1, 3
+         do r = 1, 3
+            p(:, r, c) = d(:, r, 1)*h(:, 1, c) + d(:, r, 2)*h(:, 2, c) + d(:, r, 3)*h(:, 3, c)
+         end do
+      end do
+      do c = 1, 3
+         do r = 1, 3
+            l(:, r, c) = 0.5_wp*(p(:, r, c) + p(:, c, r))
+         end do
+      end do
+   end subroutine rotation_hessian
+
+   !> Global nodal forces from the intermediate ones.
+   pure subroutine expand_force(ref, filter, node_frame, f, force, moment)
+      type(reference_t), intent(in) :: ref
+      type(filter_t), intent(in) :: filter
+      real(wp), intent(in) :: node_frame(lanes, 3, 3, 3), f(lanes, n_lift)
+      real(wp), intent(inout) :: force(lanes, 18), moment(lanes, 3, 3)
+      real(wp), dimension(lanes) :: a, b
+      integer :: c, i
+      do c = 1, 3
+         a = filter%rotation(:, c, 1)*f(:, 1) + filter%rotation(:, c, 2)*f(:, 2) + filter%rotation(:, c, 3)*f(:, 3)
+         b = filter%rotation(:, c, 1)*f(:, 4) + filter%rotation(:, c, 2)*f(:, 5) + filter%rotation(:, c, 3)*f(:, 6)
+         do i = 1, 3
+            force(:, 6*i - 6 + c) = ref%gradient(:, 1, i)*a + ref%gradient(:, 2, i)*b
+            force(:, 6*i - 3 + c) = node_frame(:, c, 1, i)*f(:, 4 + 3*i) + node_frame(:, c, 2, i)*f(:, 5 + 3*i) &
+               + node_frame(:, c, 3, i)*f(:, 6 + 3*i)
+            moment(:, c, i) = filter%rotation(:, c, 1)*f(:, 4 + 3*i) + filter%rotation(:, c, 2)*f(:, 5 + 3*i) &
+               + filter%rotation(:, c, 3)*f(:, 6 + 3*i)
+         end do
+      end do
+   end subroutine expand_force
+
+   !> Global tangent from the intermediate one: each 3x3 block is rotated, then the two gradient blocks spread to the nodes.
+   pure subroutine expand_tangent(ref, filter, node_frame, k, tangent)
+      type(reference_t), intent(in) :: ref
+      type(filter_t), intent(in) :: filter
+      real(wp), intent(in) :: node_frame(lanes, 3, 3, 3), k(lanes, n_lift, n_lift)
+      real(wp), intent(inout) :: tangent(lanes, 18, 18)
+      real(wp) :: a(lanes, 3, 3), b(lanes, 3, 3, 3), g(lanes, 3, 3, 2)
+      integer :: c, d, i, j
+
+      ! gradient-gradient: blocks 11, 22, 12
+      call get_block(k, 0, 0, a)
+      call rotated(filter%rotation, a, filter%rotation, b(:, :, :, 1))
+      call get_block(k, 3, 3, a)
+      call rotated(filter%rotation, a, filter%rotation, b(:, :, :, 2))
+      call get_block(k, 0, 3, a)
+      call rotated(filter%rotation, a, filter%rotation, b(:, :, :, 3))
+      do j = 1, 3
+         do i = 1, j
+            do d = 1, 3
+               do c = 1, merge(d, 3, i == j)
+                  tangent(:, 6*i - 6 + c, 6*j - 6 + d) = &
+                     ref%gradient(:, 1, i)*(ref%gradient(:, 1, j)*b(:, c, d, 1) + ref%gradient(:, 2, j)*b(:, c, d, 3)) &
+                     + ref%gradient(:, 2, i)*(ref%gradient(:, 1, j)*b(:, d, c, 3) + ref%gradient(:, 2, j)*b(:, c, d, 2))
+               end do
+            end do
+         end do
+      end do
+      ! gradient-spin
+      do j = 1, 3
+         call get_block(k, 0, 3 + 3*j, a)
+         call rotated(filter%rotation, a, node_frame(:, :, :, j), g(:, :, :, 1))
+         call get_block(k, 3, 3 + 3*j, a)
+         call rotated(filter%rotation, a, node_frame(:, :, :, j), g(:, :, :, 2))
+         do i = 1, 3
+            do d = 1, 3
+               do c = 1, 3
+                  if (i <= j) then
+                     tangent(:, 6*i - 6 + c, 6*j - 3 + d) = ref%gradient(:, 1, i)*g(:, c, d, 1) &
+                        + ref%gradient(:, 2, i)*g(:, c, d, 2)
+                  else
+                     tangent(:, 6*j - 3 + d, 6*i - 6 + c) = ref%gradient(:, 1, i)*g(:, c, d, 1) &
+                        + ref%gradient(:, 2, i)*g(:, c, d, 2)
+                  end if
+               end do
+            end do
+         end do
+      end do
+      ! spin-spin
+      do j = 1, 3
+         do i = 1, j
+            call get_block(k, 3 + 3*i, 3 + 3*j, a)
+            call rotated(node_frame(:, :, :, i), a, node_frame(:, :, :, j), b(:, :, :, 1))
+            do d = 1, 3
+               do c = 1, merge(d, 3, i == j)
+                  tangent(:, 6*i - 3 + c, 6*j - 3 + d) = b(:, c, d, 1)
+               end do
+            end do
+         end do
+      end do
+   end subroutine expand_tangent
+
+   !> The 3x3 block below offsets `o` (row) and `p` (column) of a symmetric matrix stored by its upper triangle.
+   pure subroutine get_block(k, o, p, a)
+      real(wp), intent(in) :: k(lanes, n_lift, n_lift)
+      integer, intent(in) :: o, p
+      real(wp), intent(out) :: a(lanes, 3, 3)
+      integer :: c, d
+      do d = 1, 3
+         do c = 1, 3
+            a(:, c, d) = k(:, min(o + c, p + d), max(o + c, p + d))
+         end do
+      end do
+   end subroutine get_block
+
+   !> b = v a w', with v and w holding axes as columns.
+   pure subroutine rotated(v, a, w, b)
+      real(wp), intent(in) :: v(lanes, 3, 3), a(lanes, 3, 3), w(lanes, 3, 3)
+      real(wp), intent(out) :: b(lanes, 3, 3)
+      real(wp) :: t(lanes, 3, 3)
+      integer :: c, d
+      do d = 1, 3
+         do c = 1, 3
+            t(:, c, d) = v(:, c, 1)*a(:, 1, d) + v(:, c, 2)*a(:, 2, d) + v(:, c, 3)*a(:, 3, d)
+         end do
+      end do
+      do d = 1, 3
+         do c = 1, 3
+            b(:, c, d) = t(:, c, 1)*w(:, d, 1) + t(:, c, 2)*w(:, d, 2) + t(:, c, 3)*w(:, d, 3)
+         end do
+      end do
+   end subroutine rotated
+end module finshell_lift

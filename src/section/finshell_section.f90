@@ -1,0 +1,204 @@
+!> A section: layers of material through the thickness, and the options of the element formulation.
+!>
+!> It is configured once and immutable afterwards, so any number of threads may share it. `integrate` turns membrane
+!> strain and curvature at points of the midsurface into resultants and their tangent.
+module finshell_section
+   use finshell_kinds, only: wp, dp, i4, lanes
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_material, only: material_t, level_force, level_tangent
+   use finshell_status, only: status_invalid_argument
+   use finshell_gauss, only: gauss_legendre, max_gauss_points
+   use finshell_voigt, only: rotate_strain, rotate_stress, rotate_tangent
+   implicit none
+   private
+   public :: section_t, layer_t, resultants_t, new_section, integrate, midsurface_thickness, reference_membrane_tangent
+   public :: formulation_s, formulation_p, points_per_block, default_beta0, default_points
+
+   !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
+   integer, parameter :: formulation_s = 1, formulation_p = 2
+
+   integer, parameter :: points_per_block = 3*lanes !< three in-plane points of each element of a block
+   real(wp), parameter :: default_beta0 = 0.01_wp
+   integer, parameter :: default_points = 3
+
+   type :: layer_t
+      class(material_t), allocatable :: law
+      real(wp) :: thickness = 0
+      real(wp) :: cosine = 1, sine = 0 !< of the angle from the element's material direction to the layer's axis 1
+      integer :: points = 0
+      real(wp) :: z(max_gauss_points) = 0 !< reference heights of the integration points
+      real(wp) :: weight(max_gauss_points) = 0 !< integration weights (length)
+   end type layer_t
+
+   type :: section_t
+      type(layer_t), allocatable :: layers(:) !< bottom to top
+      integer :: midsurface_layer = 1 !< gives the thickness stretch
+      real(wp) :: thickness = 0
+      integer :: formulation = formulation_s
+      real(wp) :: beta0 = default_beta0 !< weight of the higher-order drilling strain
+      logical :: isotropic = .true. !< no layer depends on a material direction
+   end type section_t
+
+   !> Resultants per reference length and their derivatives, at `points_per_block` points.
+   type :: resultants_t
+      real(wp) :: energy(points_per_block) !< per reference area
+      real(wp) :: n(points_per_block, 3) !< membrane force, conjugate to the membrane strain
+      real(wp) :: m(points_per_block, 3) !< moment, conjugate to the curvature
+      real(wp) :: a(points_per_block, 6) !< dn/d(membrane strain), packed symmetric
+      real(wp) :: b(points_per_block, 6) !< dn/d(curvature) = dm/d(membrane strain)
+      real(wp) :: d(points_per_block, 6) !< dm/d(curvature)
+   end type resultants_t
+
+contains
+
+   !> A one-layer section.
+   subroutine new_section(section, law, thickness, error, formulation, beta0, thickness_points)
+      type(section_t), intent(out) :: section
+      class(material_t), intent(in) :: law
+      real(wp), intent(in) :: thickness !< > 0
+      type(error_t), allocatable, intent(out) :: error
+      integer, intent(in), optional :: formulation !< formulation_s (default) or formulation_p
+      real(wp), intent(in), optional :: beta0 !< > 0; default 0.01
+      integer, intent(in), optional :: thickness_points !< Gauss points through the thickness, 1 to 12; default 3
+      real(wp), allocatable :: x(:), w(:)
+      integer :: n
+
+      n = default_points
+      if (present(thickness_points)) n = thickness_points
+      if (present(formulation)) section%formulation = formulation
+      if (present(beta0)) section%beta0 = beta0
+      if (.not. (thickness > 0 .and. thickness < huge(thickness))) then
+         call raise(error, status_invalid_argument, 'thickness is '//text_of(real(thickness, dp))//', expected a positive number')
+      else if (n < 1 .or. n > max_gauss_points) then
+         call raise(error, status_invalid_argument, 'thickness_points is '//text_of(n)//', expected 1 to ' &
+                    //text_of(max_gauss_points))
+      else if (.not. (section%beta0 > 0 .and. section%beta0 < huge(thickness))) then
+         call raise(error, status_invalid_argument, 'beta0 is '//text_of(real(section%beta0, dp))//', expected a positive number')
+      else if (section%formulation /= formulation_s .and. section%formulation /= formulation_p) then
+         call raise(error, status_invalid_argument, 'formulation is '//text_of(section%formulation)//', expected 1 (S) or 2 (P)')
+      end if
+      if (allocated(error)) return
+
+      section%thickness = thickness
+      section%isotropic = law%isotropic
+      allocate (section%layers(1))
+      allocate (section%layers(1)%law, source=law)
+      section%layers(1)%thickness = thickness
+      section%layers(1)%points = n
+      allocate (x(n), w(n))
+      call gauss_legendre(x, w)
+      section%layers(1)%z(:n) = 0.5_wp*thickness*x
+      section%layers(1)%weight(:n) = 0.5_wp*thickness*w
+   end subroutine new_section
+
+   !> Resultants of a block of points: strain at reference height z is `membrane + z curvature`.
+   pure subroutine integrate(section, level, membrane, curvature, axes, r, status)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: level !< level_energy, level_force or level_tangent
+      real(wp), intent(in) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
+      real(wp), intent(in) :: axes(points_per_block, 2) !< cosine, sine of the element's material direction
+      type(resultants_t), intent(inout) :: r
+      integer(i4), intent(inout) :: status(points_per_block)
+      real(wp) :: e(points_per_block, 3), k(points_per_block, 3), s(points_per_block, 3), d(points_per_block, 6)
+      real(wp) :: x(points_per_block, 3), w(points_per_block), direction(points_per_block, 2)
+      real(wp) :: weight, z
+      integer :: i, l, p
+
+      r%energy = 0
+      if (level >= level_force) then
+         r%n = 0
+         r%m = 0
+      end if
+      if (level >= level_tangent) then
+         r%a = 0
+         r%b = 0
+         r%d = 0
+      end if
+      do l = 1, size(section%layers)
+         associate (layer => section%layers(l))
+            if (layer%law%isotropic) then
+               e = membrane
+               k = curvature
+            else
+               call layer_direction(layer, axes, direction)
+               call rotate_strain(points_per_block, direction, membrane, e)
+               call rotate_strain(points_per_block, direction, curvature, k)
+            end if
+            do p = 1, layer%points
+               z = layer%z(p)
+               weight = layer%weight(p)
+               x = e + z*k
+               call layer%law%plane_stress(points_per_block, level, x, w, s, d, status)
+               if (.not. layer%law%isotropic .and. level >= level_force) then
+                  call rotate_stress(points_per_block, direction, s)
+                  if (level >= level_tangent) call rotate_tangent(points_per_block, direction, d)
+               end if
+               r%energy = r%energy + weight*w
+               if (level < level_force) cycle
+               do i = 1, 3
+                  r%n(:, i) = r%n(:, i) + weight*s(:, i)
+                  r%m(:, i) = r%m(:, i) + (weight*z)*s(:, i)
+               end do
+               if (level < level_tangent) cycle
+               do i = 1, 6
+                  r%a(:, i) = r%a(:, i) + weight*d(:, i)
+                  r%b(:, i) = r%b(:, i) + (weight*z)*d(:, i)
+                  r%d(:, i) = r%d(:, i) + (weight*z**2)*d(:, i)
+               end do
+            end do
+         end associate
+      end do
+   end subroutine integrate
+
+   !> Thickness stretch of the midsurface with its derivatives with respect to the membrane strain (paper eq. 25).
+   pure subroutine midsurface_thickness(section, level, strain, axes, l, dl, ddl, status)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: level
+      real(wp), intent(in) :: strain(lanes, 3), axes(lanes, 2)
+      real(wp), intent(inout) :: l(lanes), dl(lanes, 3), ddl(lanes, 6)
+      integer(i4), intent(inout) :: status(lanes)
+      real(wp) :: e(lanes, 3), direction(lanes, 2)
+      associate (layer => section%layers(section%midsurface_layer))
+         if (layer%law%isotropic) then
+            call layer%law%thickness_stretch(lanes, level, strain, l, dl, ddl, status)
+         else
+            call layer_direction(layer, axes, direction)
+            call rotate_strain(lanes, direction, strain, e)
+            call layer%law%thickness_stretch(lanes, level, e, l, dl, ddl, status)
+            if (level >= level_force) call rotate_stress(lanes, direction, dl)
+            if (level >= level_tangent) call rotate_tangent(lanes, direction, ddl)
+         end if
+      end associate
+   end subroutine midsurface_thickness
+
+   !> Small-strain membrane stiffness (per reference length) in the element frame: the scale of the drilling stiffness.
+   pure subroutine reference_membrane_tangent(section, axes, a)
+      type(section_t), intent(in) :: section
+      real(wp), intent(in) :: axes(lanes, 2)
+      real(wp), intent(out) :: a(lanes, 6)
+      real(wp) :: c(6), d(lanes, 6), direction(lanes, 2)
+      integer :: i, l
+      a = 0
+      do l = 1, size(section%layers)
+         associate (layer => section%layers(l))
+            c = layer%law%reference_tangent()
+            do i = 1, 6
+               d(:, i) = layer%thickness*c(i)
+            end do
+            if (.not. layer%law%isotropic) then
+               call layer_direction(layer, axes, direction)
+               call rotate_tangent(lanes, direction, d)
+            end if
+            a = a + d
+         end associate
+      end do
+   end subroutine reference_membrane_tangent
+
+   pure subroutine layer_direction(layer, axes, direction)
+      type(layer_t), intent(in) :: layer
+      real(wp), intent(in) :: axes(:, :)
+      real(wp), intent(out) :: direction(:, :)
+      direction(:, 1) = layer%cosine*axes(:, 1) - layer%sine*axes(:, 2)
+      direction(:, 2) = layer%sine*axes(:, 1) + layer%cosine*axes(:, 2)
+   end subroutine layer_direction
+end module finshell_section
