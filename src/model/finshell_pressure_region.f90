@@ -1,0 +1,179 @@
+!> When does a follower pressure have a symmetric load stiffness, and about which origin?
+!>
+!> A pressure on a closed volume has a potential. A region with a boundary is closed by the cone from its boundary to an origin;
+!> the cone does no work when each boundary edge either is fixed or stays in a plane through the origin. So the symmetric form is
+!> exact when every boundary edge has both ends fixed in all directions, or both ends held along the normal of a
+!> fixed plane that contains the edge, and one origin lies in all these planes.
+module finshell_pressure_region
+   use finshell_kinds, only: wp, i8
+   use finshell_mesh, only: mesh_t, mesh_size
+   use finshell_mesh_sorting, only: sorted_order
+   use finshell_equations, only: equations_t
+   use finshell_support, only: node_support_t
+   implicit none
+   private
+   public :: boundary_edges, symmetric_origin
+
+   real(wp), parameter :: tolerance = 1.0e-7_wp
+
+contains
+
+   !> Edges (2, :) of the elements that no other element of the list shares.
+   pure subroutine boundary_edges(mesh, elements, edges)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: elements(:)
+      integer, allocatable, intent(out) :: edges(:, :)
+      integer(i8), allocatable :: key(:)
+      integer, allocatable :: order(:), all_edges(:, :)
+      logical, allocatable :: single(:)
+      integer :: i, k, e
+      allocate (all_edges(2, 3*size(elements)), key(3*size(elements)), single(3*size(elements)))
+      do i = 1, size(elements)
+         do k = 1, 3
+            e = 3*(i - 1) + k
+            all_edges(1, e) = mesh%triangles(k, elements(i))
+            all_edges(2, e) = mesh%triangles(mod(k, 3) + 1, elements(i))
+            key(e) = int(minval(all_edges(:, e)), i8)*(size(mesh%coordinates, 2) + 1_i8) + maxval(all_edges(:, e))
+         end do
+      end do
+      order = sorted_order(key)
+      single = .true.
+      do i = 2, size(order)
+         if (key(order(i)) == key(order(i - 1))) single([order(i - 1), order(i)]) = .false.
+      end do
+      allocate (edges(2, count(single)))
+      edges(1, :) = pack(all_edges(1, :), single)
+      edges(2, :) = pack(all_edges(2, :), single)
+   end subroutine boundary_edges
+
+   !> Is the symmetric load stiffness exact for a pressure on these elements, and about which origin?
+   pure subroutine symmetric_origin(mesh, equations, elements, valid, origin)
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      integer, intent(in) :: elements(:)
+      logical, intent(out) :: valid
+      real(wp), intent(out) :: origin(3)
+      integer, allocatable :: edges(:, :)
+      real(wp) :: normal(3), normals(3, 3), offset(3), centre(3), rest(3), distance, length
+      integer :: i, k, planes
+      logical :: plane
+
+      call boundary_edges(mesh, elements, edges)
+      centre = 0
+      do i = 1, size(elements)
+         centre = centre + sum(mesh%coordinates(:, mesh%triangles(:, elements(i))), 2)/(3*size(elements))
+      end do
+      length = mesh_size(mesh)
+      planes = 0
+      normals = 0
+      offset = 0
+      valid = .true.
+      do i = 1, size(edges, 2)
+         call edge_plane(mesh, equations, edges(:, i), valid, plane, normal)
+         if (.not. valid) return
+         if (.not. plane) cycle
+         distance = dot_product(normal, mesh%coordinates(:, edges(1, i)) - centre)
+         rest = normal
+         do k = 1, planes
+            distance = distance - dot_product(normals(:, k), rest)*offset(k)
+            rest = rest - dot_product(normals(:, k), rest)*normals(:, k)
+         end do
+         if (norm2(rest) > tolerance .and. planes < 3) then
+            planes = planes + 1
+            normals(:, planes) = rest/norm2(rest)
+            offset(planes) = distance/norm2(rest)
+         else if (abs(distance) > tolerance*length) then
+            valid = .false.
+            return
+         end if
+      end do
+      origin = centre + matmul(normals, offset)
+   end subroutine symmetric_origin
+
+   !> What holds a boundary edge: nothing (invalid), everything (no plane), or the normal of a plane that contains it.
+   pure subroutine edge_plane(mesh, equations, edge, valid, plane, normal)
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      integer, intent(in) :: edge(2)
+      logical, intent(out) :: valid, plane
+      real(wp), intent(out) :: normal(3)
+      type(node_support_t) :: a, b
+      real(wp) :: along(3), held(3, 3), candidate(3)
+      integer :: k, count
+
+      plane = .false.
+      normal = 0
+      valid = equations%support_of(edge(1)) > 0 .and. equations%support_of(edge(2)) > 0
+      if (.not. valid) return
+      a = equations%supported(equations%support_of(edge(1)))
+      b = equations%supported(equations%support_of(edge(2)))
+      along = mesh%coordinates(:, edge(2)) - mesh%coordinates(:, edge(1))
+      along = along/norm2(along)
+      valid = .not. any(equations%moved == edge(1)) .and. .not. any(equations%moved == edge(2))
+      if (.not. valid) return
+      if (a%displacements == 3 .and. b%displacements == 3) return
+
+      ! The directions in which both ends are held.
+      count = 0
+      held = 0
+      if (a%displacements == 3) then
+         count = b%displacements
+         held(:, :count) = b%displacement_axes(:, :count)
+      else if (b%displacements == 3) then
+         count = a%displacements
+         held(:, :count) = a%displacement_axes(:, :count)
+      else if (a%displacements == 2 .and. b%displacements == 2) then
+         normal = cross(cross(a%displacement_axes(:, 1), a%displacement_axes(:, 2)), &
+                        cross(b%displacement_axes(:, 1), b%displacement_axes(:, 2)))
+         if (norm2(normal) > tolerance) then
+            count = 1
+            held(:, 1) = normal/norm2(normal)
+         else
+            count = 2
+            held(:, :2) = a%displacement_axes(:, :2)
+         end if
+      else
+         do k = 1, a%displacements
+            candidate = a%displacement_axes(:, k)
+            if (a%displacements == 2) candidate = b%displacement_axes(:, 1)
+            if (.not. in_span(candidate, a) .or. .not. in_span(candidate, b)) cycle
+            count = 1
+            held(:, 1) = candidate
+         end do
+      end if
+
+      select case (count)
+      case (1)
+         normal = held(:, 1)
+         plane = .true.
+         valid = abs(dot_product(normal, along)) < tolerance
+      case (2)
+         ! Free along one line only: the plane of the edge and that line, or any plane when they coincide.
+         candidate = cross(held(:, 1), held(:, 2))
+         normal = cross(candidate, along)
+         plane = norm2(normal) > tolerance
+         if (plane) normal = normal/norm2(normal)
+      case default
+         valid = .false.
+      end select
+   end subroutine edge_plane
+
+   pure function in_span(direction, support) result(yes)
+      real(wp), intent(in) :: direction(3)
+      type(node_support_t), intent(in) :: support
+      logical :: yes
+      real(wp) :: rest(3)
+      integer :: k
+      rest = direction
+      do k = 1, support%displacements
+         rest = rest - dot_product(support%displacement_axes(:, k), direction)*support%displacement_axes(:, k)
+      end do
+      yes = norm2(rest) < tolerance
+   end function in_span
+
+   pure function cross(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+   end function cross
+end module finshell_pressure_region
