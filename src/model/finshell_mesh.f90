@@ -12,8 +12,7 @@ module finshell_mesh
    private
    public :: set_t, edge_set_t, mesh_t
    public :: new_mesh, add_node_set, add_element_set, add_edge_set
-   public :: find_node_set, find_element_set, find_edge_set
-   public :: node_set_names, element_set_names, edge_set_names
+   public :: find_node_set, find_element_set, find_edge_set, node_set_names, element_set_names, edge_set_names
    public :: mesh_area, mesh_size, check_mesh
 
    !> Nodes or elements by name; numbers ascending, each once.
@@ -75,7 +74,7 @@ contains
       call add_set(mesh%element_sets, name, members)
    end subroutine add_element_set
 
-   !> Add an edge set, edges (2, :) being pairs of nodes, and the node set of the same name.
+   !> Add an edge set, edges (2, :) being pairs of nodes, and the node set of the same name; an existing one is extended.
    pure subroutine add_edge_set(mesh, name, edges)
       type(mesh_t), intent(inout) :: mesh
       character(len=*), intent(in) :: name
@@ -84,13 +83,18 @@ contains
       integer :: n, i
 
       n = size(mesh%edge_sets)
-      allocate (grown(n + 1))
-      do i = 1, n
-         grown(i) = mesh%edge_sets(i)
-      end do
-      grown(n + 1)%name = name
-      grown(n + 1)%edges = edges
-      call move_alloc(grown, mesh%edge_sets)
+      i = find_edge_set(mesh, name)
+      if (i > 0) then
+         mesh%edge_sets(i)%edges = reshape([mesh%edge_sets(i)%edges, edges], [2, size(mesh%edge_sets(i)%edges, 2) + size(edges, 2)])
+      else
+         allocate (grown(n + 1))
+         do i = 1, n
+            grown(i) = mesh%edge_sets(i)
+         end do
+         grown(n + 1)%name = name
+         grown(n + 1)%edges = edges
+         call move_alloc(grown, mesh%edge_sets)
+      end if
       call add_node_set(mesh, name, reshape(edges, [size(edges)]))
    end subroutine add_edge_set
 
