@@ -1,0 +1,407 @@
+!> Equilibrium of a structure as a problem for path following: internal forces against loads, under the supports.
+!>
+!> Unknowns are displacements and spins in the axes of the nodes. The tangent is the Hessian along exp(spin) R, symmetric for
+!> dead loads and closed pressures; what it leaves out is -1/2 spin(m) of dead moments m at nodes free to turn about an axis
+!> across m (they are not conservative), which slows the convergence there a little and changes no result.
+module finshell_equilibrium
+   use finshell_kinds, only: wp
+   use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
+      status_invalid_argument, status_input_error, status_text
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
+      rotation_vector_to_quaternion, update_quaternion
+   use finshell_batch, only: evaluate_elements, rotation_quaternion
+   use finshell_pressure, only: follower_pressure
+   use finshell_mesh, only: mesh_t, mesh_size, find_node_set, node_set_names
+   use finshell_structure, only: structure_t
+   use finshell_state, only: state_t, new_state
+   use finshell_equations, only: equations_t, new_equations, gather, scatter
+   use finshell_external, only: external_t, new_external
+   use finshell_sparsity, only: sparsity_t, new_sparsity
+   use finshell_assembly, only: assembly_t, new_assembly, assemble, add_element_contributions
+   use finshell_linear_solver, only: linear_solver_t
+   use finshell_mechanism, only: check_mechanism, name_mode
+   use finshell_problem, only: problem_t
+   implicit none
+   private
+   public :: equilibrium_t, new_equilibrium
+
+   type, extends(problem_t) :: equilibrium_t
+      type(structure_t), pointer :: structure => null()
+      type(equations_t) :: equations
+      type(external_t) :: external
+      type(linear_solver_t) :: solver
+      real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
+      real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
+      integer, allocatable :: watched_nodes(:)
+      integer :: watched_component = 0
+      integer :: assemblies = 0, force_evaluations = 0
+      type(assembly_t), private :: assembly
+      real(wp), allocatable, private :: values(:)
+      integer, allocatable, private :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
+      integer, allocatable, private :: moved_elements(:) !< elements at moved nodes
+   contains
+      procedure :: evaluate
+      procedure :: factorise
+      procedure :: solve
+      procedure :: move
+      procedure :: increment
+      procedure :: watch
+      procedure :: monitored
+      procedure :: largest_rotation
+      procedure, private :: add_pressures
+      procedure, private :: add_motion
+      procedure, private :: measure_levels
+   end type equilibrium_t
+
+contains
+
+   !> Number the unknowns, sum up the loads, analyse the matrix; the state is the unloaded one.
+   !> Errors: what is wrong with supports or loads; a free rigid-body motion, named.
+   subroutine new_equilibrium(self, structure, error)
+      type(equilibrium_t), intent(inout) :: self
+      type(structure_t), intent(in), target :: structure !< is referred to, not copied
+      type(error_t), allocatable, intent(out) :: error
+      type(sparsity_t) :: pattern
+      integer :: nodes, i
+
+      self%structure => structure
+      nodes = size(structure%mesh%coordinates, 2)
+      if (.not. allocated(structure%supports)) then
+         call raise(error, status_input_error, 'the structure has no supports')
+         return
+      end if
+      call new_equations(self%equations, structure%mesh, structure%supports, error)
+      if (allocated(error)) return
+      call check_mechanism(structure%mesh, self%equations, error)
+      if (allocated(error)) return
+      call new_external(self%external, structure, self%equations, error)
+      if (allocated(error)) return
+      call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
+      if (allocated(error)) return
+      call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
+         error, self%equations%frame, self%equations%frames)
+      if (allocated(error)) return
+      call self%solver%analyse(pattern, error)
+      if (allocated(error)) return
+
+      self%n = self%equations%n
+      self%field = self%equations%field
+      self%size = mesh_size(structure%mesh)
+      self%detail = mean_side(structure%mesh)
+      self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, 2)) > 0)
+      allocate (self%residual(self%n), self%rate(self%n), source=0.0_wp)
+      allocate (self%values(pattern%entries()), self%internal_force(6, nodes), self%external_force(6, nodes), source=0.0_wp)
+      allocate (self%moved_of(nodes), source=0)
+      do i = 1, size(self%equations%moved)
+         self%moved_of(self%equations%moved(i)) = i
+      end do
+      self%moved_elements = pack([(i, i=1, size(structure%mesh%triangles, 2))], &
+                                 [(any(self%moved_of(structure%mesh%triangles(:, i)) > 0), i=1, size(structure%mesh%triangles, 2))])
+      call new_state(self%state, nodes)
+      call new_state(self%base, nodes)
+      call new_state(self%iterate, nodes)
+   end subroutine new_equilibrium
+
+   pure function mean_side(mesh) result(length)
+      type(mesh_t), intent(in) :: mesh
+      real(wp) :: length
+      integer :: e, k
+      length = 0
+      do e = 1, size(mesh%triangles, 2)
+         do k = 1, 3
+            length = length + norm2(mesh%coordinates(:, mesh%triangles(mod(k, 3) + 1, e)) &
+                                    - mesh%coordinates(:, mesh%triangles(k, e)))
+         end do
+      end do
+      length = length/(3*size(mesh%triangles, 2))
+   end function mean_side
+
+   !> Forces, and with `tangent` the matrix. The one place where the elements are called.
+   subroutine evaluate(self, tangent, error)
+      class(equilibrium_t), intent(inout) :: self
+      logical, intent(in) :: tangent
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), allocatable :: unit_force(:, :, :), out_of_balance(:, :)
+      integer :: status, bad_element, active
+
+      associate (s => self%structure)
+         if (tangent) then
+            self%assemblies = self%assemblies + 1
+            call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
+               self%internal_force, status, bad_element, self%values, material_axes=s%direction)
+         else
+            self%force_evaluations = self%force_evaluations + 1
+            call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
+               self%internal_force, status, bad_element, material_axes=s%direction)
+         end if
+      end associate
+      if (status /= status_ok) then
+         ! An infinite displacement is a diverged iteration, not a mistake of the input.
+         call raise(error, merge(status_not_converged, status, status == status_not_a_number), &
+            'element '//text_of(bad_element)//': '//status_text(status))
+         return
+      end if
+
+      active = merge(2, 1, self%constant_phase)
+      unit_force = self%external%dead
+      out_of_balance = unit_force(:, :, active)
+      out_of_balance = 0
+      call self%add_pressures(tangent, unit_force, out_of_balance, active)
+      self%external_force = self%state%load_factor*unit_force(:, :, 1) + self%state%constant_factor*unit_force(:, :, 2)
+      if (tangent) then
+         ! Moving the held components by the factor puts the structure out of balance too.
+         if (size(self%moved_elements) > 0) call self%add_motion(out_of_balance, active)
+         out_of_balance = out_of_balance + unit_force(:, :, active)
+         call gather(self%equations, out_of_balance, self%rate)
+      end if
+      out_of_balance = self%external_force - self%internal_force
+      call gather(self%equations, out_of_balance, self%residual)
+      call self%measure_levels(out_of_balance)
+   end subroutine evaluate
+
+   !> Pressures: force for a factor of 1 to unit_force, stiffness at the present factor to the matrix, and the force due to
+   !> the motion of held nodes to rate.
+   subroutine add_pressures(self, tangent, unit_force, rate, active)
+      class(equilibrium_t), intent(inout) :: self
+      logical, intent(in) :: tangent
+      real(wp), intent(inout) :: unit_force(:, :, :), rate(:, :)
+      integer, intent(in) :: active
+      real(wp), allocatable :: x(:, :, :), p(:), force(:, :), stiffness(:, :, :)
+      real(wp) :: factor, motion(9)
+      integer :: i, j, k, n, node
+
+      do i = 1, size(self%external%pressures)
+         associate (region => self%external%pressures(i), mesh => self%structure%mesh)
+            n = size(region%elements)
+            factor = merge(self%state%load_factor, self%state%constant_factor, region%scaling == 1)
+            allocate (x(3, 3, n), p(n), force(9, n), stiffness(9, 9, n))
+            do j = 1, n
+               do k = 1, 3
+                  node = mesh%triangles(k, region%elements(j))
+                  x(:, k, j) = mesh%coordinates(:, node) + self%state%displacement(:, node)
+               end do
+            end do
+            p = region%pressure
+            call follower_pressure(n, p, x, region%symmetric, region%origin, force, stiffness)
+            if (tangent .and. abs(factor) > 0) then
+               stiffness = factor*stiffness
+               call add_element_contributions(self%assembly, region%elements, force, unit_force(:, :, region%scaling), stiffness, &
+                  self%values)
+               do j = 1, n
+                  if (all(self%moved_of(mesh%triangles(:, region%elements(j))) == 0)) cycle
+                  motion = 0
+                  do k = 1, 3
+                     node = self%moved_of(mesh%triangles(k, region%elements(j)))
+                     if (node > 0) motion(3*k - 2:3*k) = self%equations%motion(1:3, node, active)
+                  end do
+                  motion = matmul(stiffness(:, :, j), motion)
+                  do k = 1, 3
+                     node = mesh%triangles(k, region%elements(j))
+                     rate(1:3, node) = rate(1:3, node) + motion(3*k - 2:3*k)
+                  end do
+               end do
+            else
+               call add_element_contributions(self%assembly, region%elements, force, unit_force(:, :, region%scaling))
+            end if
+            deallocate (x, p, force, stiffness)
+         end associate
+      end do
+   end subroutine add_pressures
+
+   !> Take the internal forces due to the motion of held nodes from rate.
+   subroutine add_motion(self, rate, active)
+      class(equilibrium_t), intent(inout) :: self
+      real(wp), intent(inout) :: rate(:, :)
+      integer, intent(in) :: active
+      real(wp) :: x(3, 3, 1), u(3, 3, 1), q(4, 3, 1), force(18, 1), tangent(18, 18, 1), motion(18), direction(3, 1)
+      integer :: i, e, k, node, status(1)
+
+      do i = 1, size(self%moved_elements)
+         e = self%moved_elements(i)
+         motion = 0
+         do k = 1, 3
+            node = self%structure%mesh%triangles(k, e)
+            x(:, k, 1) = self%structure%mesh%coordinates(:, node)
+            u(:, k, 1) = self%state%displacement(:, node)
+            q(:, k, 1) = self%state%rotation(:, node)
+            if (self%moved_of(node) > 0) motion(6*k - 5:6*k) = self%equations%motion(:, self%moved_of(node), active)
+         end do
+         direction(:, 1) = [1, 0, 0]
+         if (allocated(self%structure%direction)) direction(:, 1) = self%structure%direction(:, e)
+         call evaluate_elements(self%structure%sections(self%structure%element_section(e)), 1, x, u, q, rotation_quaternion, &
+            status, force=force, tangent=tangent, direction=direction, threads=1)
+         motion = matmul(tangent(:, :, 1), motion)
+         do k = 1, 3
+            node = self%structure%mesh%triangles(k, e)
+            rate(:, node) = rate(:, node) - motion(6*k - 5:6*k)
+         end do
+      end do
+   end subroutine add_motion
+
+   !> Norms of external forces and of reactions, for the convergence criterion.
+   subroutine measure_levels(self, out_of_balance)
+      class(equilibrium_t), intent(inout) :: self
+      real(wp), intent(in) :: out_of_balance(:, :)
+      real(wp) :: local(6), scale(2), reactions(2), loads(2)
+      integer :: i, node
+
+      scale = [maxval(abs(self%external_force(1:3, :))), maxval(abs(self%external_force(4:6, :)))]
+      do i = 1, size(self%equations%supported)
+         node = self%equations%supported(i)%node
+         scale(1) = max(scale(1), maxval(abs(out_of_balance(1:3, node))))
+         scale(2) = max(scale(2), maxval(abs(out_of_balance(4:6, node))))
+      end do
+      where (.not. scale > 0) scale = 1
+      reactions = 0
+      do i = 1, size(self%equations%supported)
+         node = self%equations%supported(i)%node
+         local(1:3) = out_of_balance(1:3, node)/scale(1)
+         local(4:6) = out_of_balance(4:6, node)/scale(2)
+         if (self%equations%frame(node) > 0) then
+            associate (axes => self%equations%frames(:, :, self%equations%frame(node)))
+               local(1:3) = matmul(local(1:3), axes)
+               local(4:6) = matmul(local(4:6), axes)
+            end associate
+         end if
+         where (self%equations%number(:, node) > 0) local = 0
+         reactions = reactions + [sum(local(1:3)**2), sum(local(4:6)**2)]
+      end do
+      loads = [sum((self%external_force(1:3, :)/scale(1))**2), sum((self%external_force(4:6, :)/scale(2))**2)]
+      self%force_level = scale(1)*sqrt(max(loads(1), reactions(1)))
+      self%moment_level = scale(2)*sqrt(max(loads(2), reactions(2)))
+   end subroutine measure_levels
+
+   !> Factorise the tangent. A singular one is an error that names the node and component where the free motion is largest.
+   subroutine factorise(self, error)
+      class(equilibrium_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+      call self%solver%factorise(self%values, error)
+      self%negative_pivots = self%solver%negative_pivots
+      if (.not. allocated(error)) return
+      if (error%code == status_singular_matrix .and. allocated(self%solver%null_vector)) &
+         error%message = name_mode(self%structure%mesh, self%equations, self%solver%null_vector)
+   end subroutine factorise
+
+   subroutine solve(self, b, x, error)
+      class(equilibrium_t), intent(inout) :: self
+      real(wp), intent(in) :: b(:)
+      real(wp), intent(out) :: x(:)
+      type(error_t), allocatable, intent(out) :: error
+      call self%solver%solve(b, x, error)
+   end subroutine solve
+
+   !> Displacements add, spins turn; held components follow the factor.
+   subroutine move(self, x, factor_change)
+      class(equilibrium_t), intent(inout) :: self
+      real(wp), intent(in) :: x(:), factor_change
+      real(wp), allocatable :: nodal(:, :)
+      integer :: i, node, active
+
+      active = merge(2, 1, self%constant_phase)
+      call self%set_factor(self%factor() + factor_change)
+      allocate (nodal(6, size(self%equations%number, 2)))
+      call scatter(self%equations, x, nodal)
+      do i = 1, size(self%equations%moved)
+         node = self%equations%moved(i)
+         nodal(:, node) = nodal(:, node) + factor_change*self%equations%motion(:, i, active)
+      end do
+      do i = 1, size(nodal, 2)
+         self%state%displacement(:, i) = self%state%displacement(:, i) + nodal(1:3, i)
+         self%state%rotation(:, i) = update_quaternion(self%state%rotation(:, i), nodal(4:6, i))
+      end do
+      do i = 1, size(self%equations%moved)
+         if (.not. self%equations%turned(i)) cycle
+         self%state%rotation(:, self%equations%moved(i)) = rotation_vector_to_quaternion( &
+            self%state%load_factor*self%equations%motion(4:6, i, 1) + self%state%constant_factor*self%equations%motion(4:6, i, 2))
+      end do
+   end subroutine move
+
+   !> From base to state: displacements, and the rotation vectors of the relative rotations.
+   subroutine increment(self, x)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), intent(out) :: x(:)
+      real(wp), allocatable :: nodal(:, :)
+      integer :: i
+      allocate (nodal(6, size(self%equations%number, 2)))
+      do i = 1, size(nodal, 2)
+         nodal(1:3, i) = self%state%displacement(:, i) - self%base%displacement(:, i)
+         nodal(4:6, i) = quaternion_to_rotation_vector(quaternion_product(self%state%rotation(:, i), &
+                                                                          quaternion_conjugate(self%base%rotation(:, i))))
+      end do
+      call gather(self%equations, nodal, x)
+   end subroutine increment
+
+   pure function largest_rotation(self, x, factor_change) result(angle)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), intent(in) :: x(:), factor_change
+      real(wp) :: angle
+      real(wp) :: spin(3)
+      integer :: i, k
+      angle = 0
+      do i = 1, size(self%equations%number, 2)
+         spin = 0
+         do k = 1, 3
+            if (self%equations%number(3 + k, i) > 0) spin(k) = x(self%equations%number(3 + k, i))
+         end do
+         angle = max(angle, norm2(spin))
+      end do
+      do i = 1, size(self%equations%moved)
+         angle = max(angle, norm2(factor_change*self%equations%motion(4:6, i, merge(2, 1, self%constant_phase))))
+      end do
+   end function largest_rotation
+
+   !> Monitor the mean of a global displacement component over a node set.
+   subroutine watch(self, node_set, component, error)
+      class(equilibrium_t), intent(inout) :: self
+      character(len=*), intent(in) :: node_set
+      integer, intent(in) :: component
+      type(error_t), allocatable, intent(out) :: error
+      integer :: at, i, k, node
+      real(wp) :: share, axis(3)
+
+      at = find_node_set(self%structure%mesh, node_set)
+      if (at == 0) then
+         call raise(error, status_input_error, "step: the mesh has no node set '"//node_set//"'; it has: " &
+            //node_set_names(self%structure%mesh))
+         return
+      end if
+      if (component < 1 .or. component > 3) then
+         call raise(error, status_invalid_argument, 'step: the monitored component must be a displacement, 1 to 3; found ' &
+            //text_of(component))
+         return
+      end if
+      self%watched_nodes = self%structure%mesh%node_sets(at)%members
+      self%watched_component = component
+      share = 1.0_wp/size(self%watched_nodes)
+      if (allocated(self%watched)) deallocate (self%watched)
+      allocate (self%watched(self%n), source=0.0_wp)
+      self%watched_rate = 0
+      do i = 1, size(self%watched_nodes)
+         node = self%watched_nodes(i)
+         axis = 0
+         axis(component) = 1
+         if (self%equations%frame(node) > 0) axis = self%equations%frames(component, :, self%equations%frame(node))
+         do k = 1, 3
+            if (self%equations%number(k, node) > 0) self%watched(self%equations%number(k, node)) = share*axis(k)
+         end do
+         if (self%moved_of(node) > 0) &
+            self%watched_rate = self%watched_rate + share*self%equations%motion(component, self%moved_of(node), 1)
+      end do
+      if (.not. any(abs(self%watched) > 0) .and. .not. abs(self%watched_rate) > 0) &
+         call raise(error, status_input_error, "step: displacement "//text_of(component)//" of '"//node_set &
+         //"' is held by the supports; monitor one that can move")
+   end subroutine watch
+
+   function monitored(self, state) result(value)
+      class(equilibrium_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      real(wp) :: value
+      integer :: i
+      value = 0
+      do i = 1, size(self%watched_nodes)
+         value = value + state%displacement(self%watched_component, self%watched_nodes(i))
+      end do
+      value = value/size(self%watched_nodes)
+   end function monitored
+end module finshell_equilibrium

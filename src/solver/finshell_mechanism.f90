@@ -1,0 +1,364 @@
+!> Does a structure hang loose? Finds the rigid-body motions that the supports leave free, part by part, and names them.
+!>
+!> A rigid motion moves a point x by t + r x (x - c) and turns it by r. The held directions of the supported nodes are linear
+!> conditions on (t, r); what they leave free is the null space of a 6 x 6 matrix. Parts that share no node are
+!> judged on their own.
+module finshell_mechanism
+   use finshell_kinds, only: wp, dp
+   use finshell_status, only: status_singular_matrix, status_input_error
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_mesh, only: mesh_t
+   use finshell_equations, only: equations_t, scatter
+   implicit none
+   private
+   public :: check_mechanism, name_mode
+
+   real(wp), parameter :: tolerance = 1.0e-9_wp !< of squared, scaled conditions: below it a motion is free
+   character(len=1), parameter :: axis_name(3) = ['x', 'y', 'z']
+
+contains
+
+   !> Raise an error that names the free rigid-body motions, if there are any.
+   subroutine check_mechanism(mesh, equations, error)
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      type(error_t), allocatable, intent(out) :: error
+      integer, allocatable :: part(:)
+      integer :: parts, p
+      real(wp) :: centre(3), size_of_part, conditions(6, 6)
+      character(len=:), allocatable :: names
+
+      call find_parts(mesh, part, parts)
+      if (any(part == 0)) then
+         p = findloc(part, 0, 1)
+         if (any(equations%number(:, p) > 0)) then
+            call raise(error, status_input_error, 'node '//text_of(p)//' belongs to no element, so its displacements and ' &
+               //'rotations are free; remove it or hold it')
+            return
+         end if
+      end if
+      do p = 1, parts
+         call conditions_of_part(mesh, equations, part, p, centre, size_of_part, conditions)
+         call name_free_motions(conditions, centre, size_of_part, names)
+         if (names == '') cycle
+         if (parts > 1) names = names//' (of the part with node '//text_of(findloc(part, p, 1))//')'
+         call raise(error, status_singular_matrix, 'the supports leave a rigid-body motion free: '//names &
+            //'; add supports that prevent it')
+         return
+      end do
+   end subroutine check_mechanism
+
+   !> Number the connected parts of the mesh; nodes without element belong to part 0.
+   pure subroutine find_parts(mesh, part, parts)
+      type(mesh_t), intent(in) :: mesh
+      integer, allocatable, intent(out) :: part(:)
+      integer, intent(out) :: parts
+      integer, allocatable :: root(:), number(:)
+      integer :: e, k, i, a, b
+      root = [(i, i=1, size(mesh%coordinates, 2))]
+      do e = 1, size(mesh%triangles, 2)
+         a = find(root, mesh%triangles(1, e))
+         do k = 2, 3
+            b = find(root, mesh%triangles(k, e))
+            root(max(a, b)) = min(a, b)
+            a = min(a, b)
+         end do
+      end do
+      allocate (part(size(root)), number(size(root)), source=0)
+      parts = 0
+      do e = 1, size(mesh%triangles, 2)
+         do k = 1, 3
+            i = find(root, mesh%triangles(k, e))
+            if (number(i) == 0) then
+               parts = parts + 1
+               number(i) = parts
+            end if
+            part(mesh%triangles(k, e)) = number(i)
+         end do
+      end do
+   end subroutine find_parts
+
+   !> Root of a node in the union-find forest (roots have the lowest numbers).
+   pure function find(root, node) result(top)
+      integer, intent(in) :: root(:), node
+      integer :: top
+      top = node
+      do while (root(top) /= top)
+         top = root(top)
+      end do
+   end function find
+
+   !> Sum of the squared conditions on (t, size * r) from all supported nodes of a part.
+   pure subroutine conditions_of_part(mesh, equations, part, p, centre, size_of_part, conditions)
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      integer, intent(in) :: part(:), p
+      real(wp), intent(out) :: centre(3), size_of_part, conditions(6, 6)
+      real(wp) :: lowest(3), highest(3), row(6), arm(3)
+      integer :: i, j, k, node
+      lowest = huge(1.0_wp)
+      highest = -huge(1.0_wp)
+      do i = 1, size(part)
+         if (part(i) /= p) cycle
+         lowest = min(lowest, mesh%coordinates(:, i))
+         highest = max(highest, mesh%coordinates(:, i))
+      end do
+      centre = 0.5_wp*(lowest + highest)
+      size_of_part = norm2(highest - lowest)
+      conditions = 0
+      do i = 1, size(equations%supported)
+         node = equations%supported(i)%node
+         if (part(node) /= p) cycle
+         arm = (mesh%coordinates(:, node) - centre)/size_of_part
+         do k = 1, equations%supported(i)%displacements
+            row(1:3) = equations%supported(i)%displacement_axes(:, k)
+            row(4:6) = cross(arm, row(1:3))
+            conditions = conditions + spread(row, 2, 6)*spread(row, 1, 6)
+         end do
+         do k = 1, equations%supported(i)%rotations
+            row(1:3) = 0
+            row(4:6) = equations%supported(i)%rotation_axes(:, k)
+            do j = 4, 6
+               conditions(4:6, j) = conditions(4:6, j) + row(4:6)*row(j)
+            end do
+         end do
+      end do
+   end subroutine conditions_of_part
+
+   !> Name the null space of the conditions; '' when there is none.
+   subroutine name_free_motions(conditions, centre, size_of_part, names)
+      real(wp), intent(in) :: conditions(6, 6), centre(3), size_of_part
+      character(len=:), allocatable, intent(out) :: names
+      real(wp) :: free(6, 6), free_translation(3, 3), span(3, 6), axes(3, 3), motion(6), point(3), weight(6)
+      integer :: count, translations, turns, k, j
+
+      call null_space(conditions, free, count)
+      names = ''
+      if (count == 0) return
+      if (count == 6) then
+         names = 'all six, nothing is held'
+         return
+      end if
+      call null_space(conditions(1:3, 1:3), free_translation, translations)
+      call nice_basis(free_translation(:, :translations), axes, turns)
+      do k = 1, translations
+         call append(names, 'translation along '//direction_text(axes(:, k)))
+      end do
+
+      ! Rotations: a motion with r along each direction of the span of the rotation parts, least in the other parts.
+      span = 0
+      do j = 1, count
+         span(:, j) = free(4:6, j)
+      end do
+      call nice_basis(span(:, :count), axes, turns)
+      do k = 1, turns
+         weight = 0
+         weight(:count) = matmul(axes(:, k), span(:, :count))
+         call solve_span(span(:, :count), axes(:, k), weight(:count))
+         motion = matmul(free(:, :count), weight(:count))
+         do j = 1, translations
+            motion(1:3) = motion(1:3) - dot_product(free_translation(:, j), motion(1:3))*free_translation(:, j)
+         end do
+         point = centre + size_of_part*cross(motion(4:6), motion(1:3))
+         call append(names, 'rotation about '//axis_text(axes(:, k))//' through '//point_text(point, size_of_part))
+      end do
+   end subroutine name_free_motions
+
+   !> Least weights with span * weight = wanted (wanted lies in the span).
+   pure subroutine solve_span(span, wanted, weight)
+      real(wp), intent(in) :: span(:, :), wanted(3)
+      real(wp), intent(out) :: weight(:)
+      real(wp) :: gram(3, 3), values(3), vectors(3, 3), y(3)
+      integer :: k
+      gram = matmul(span, transpose(span))
+      call eigen(gram, values, vectors)
+      y = 0
+      do k = 1, 3
+         if (values(k) > tolerance) y = y + dot_product(vectors(:, k), wanted)/values(k)*vectors(:, k)
+      end do
+      weight = matmul(y, span)
+   end subroutine solve_span
+
+   !> Orthonormal basis of the span of some vectors, global axes first.
+   pure subroutine nice_basis(vectors, basis, count)
+      real(wp), intent(in) :: vectors(:, :)
+      real(wp), intent(out) :: basis(3, 3)
+      integer, intent(out) :: count
+      real(wp) :: gram(3, 3), values(3), directions(3, 3), candidate(3), rest(3)
+      integer :: k, rank
+      gram = matmul(vectors, transpose(vectors))
+      call eigen(gram, values, directions)
+      basis = 0
+      count = 0
+      rank = 0
+      do k = 1, 3
+         if (values(k) > sqrt(tolerance)) rank = rank + 1
+      end do
+      do k = 1, 3
+         if (count == rank) return
+         candidate = 0
+         candidate(k) = 1
+         if (norm2(candidate - project(candidate)) > 1.0e-4_wp) cycle
+         count = count + 1
+         basis(:, count) = candidate
+      end do
+      do k = 1, 3
+         if (count == rank) return
+         if (values(k) <= sqrt(tolerance)) cycle
+         rest = directions(:, k) - matmul(basis, matmul(directions(:, k), basis))
+         if (norm2(rest) < 1.0e-3_wp) cycle
+         count = count + 1
+         basis(:, count) = rest/norm2(rest)
+      end do
+
+   contains
+
+      pure function project(v) result(inside)
+         real(wp), intent(in) :: v(3)
+         real(wp) :: inside(3)
+         integer :: j
+         inside = 0
+         do j = 1, 3
+            if (values(j) > sqrt(tolerance)) inside = inside + dot_product(directions(:, j), v)*directions(:, j)
+         end do
+      end function project
+   end subroutine nice_basis
+
+   !> Orthonormal basis of the null space of a symmetric positive semidefinite matrix.
+   pure subroutine null_space(matrix, basis, count)
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp), intent(out) :: basis(:, :)
+      integer, intent(out) :: count
+      real(wp) :: values(size(matrix, 1)), vectors(size(matrix, 1), size(matrix, 1))
+      integer :: k
+      call eigen(matrix, values, vectors)
+      count = 0
+      basis = 0
+      do k = 1, size(values)
+         if (values(k) > tolerance*max(1.0_wp, maxval(values))) cycle
+         count = count + 1
+         basis(:, count) = vectors(:, k)
+      end do
+   end subroutine null_space
+
+   !> Eigenvalues and eigenvectors of a small symmetric matrix (Jacobi).
+   pure subroutine eigen(matrix, values, vectors)
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp), intent(out) :: values(:), vectors(:, :)
+      real(wp) :: a(size(values), size(values)), theta, t, c, s, column(size(values))
+      integer :: i, j, sweep, n
+      n = size(values)
+      a = matrix
+      vectors = 0
+      do i = 1, n
+         vectors(i, i) = 1
+      end do
+      do sweep = 1, 50
+         if (sum(a**2) - sum([(a(i, i)**2, i=1, n)]) <= 1.0e-30_wp*sum(a**2)) exit
+         do i = 1, n - 1
+            do j = i + 1, n
+               if (.not. abs(a(i, j)) > tiny(1.0_wp)) cycle
+               theta = (a(j, j) - a(i, i))/(2*a(i, j))
+               t = sign(1.0_wp, theta)/(abs(theta) + sqrt(theta**2 + 1))
+               c = 1/sqrt(t**2 + 1)
+               s = t*c
+               column = a(:, i)
+               a(:, i) = c*column - s*a(:, j)
+               a(:, j) = s*column + c*a(:, j)
+               column = a(i, :)
+               a(i, :) = c*column - s*a(j, :)
+               a(j, :) = s*column + c*a(j, :)
+               column = vectors(:, i)
+               vectors(:, i) = c*column - s*vectors(:, j)
+               vectors(:, j) = s*column + c*vectors(:, j)
+            end do
+         end do
+      end do
+      values = [(a(i, i), i=1, n)]
+   end subroutine eigen
+
+   !> Where a null vector of the tangent moves most, in words.
+   function name_mode(mesh, equations, null_vector) result(text)
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      real(wp), intent(in) :: null_vector(:) !< over the equations
+      character(len=:), allocatable :: text
+      real(wp), allocatable :: nodal(:, :)
+      real(wp) :: moves, turns
+      integer :: node
+
+      allocate (nodal(6, size(mesh%coordinates, 2)))
+      call scatter(equations, null_vector, nodal)
+      moves = maxval(norm2(nodal(1:3, :), 1))
+      turns = maxval(norm2(nodal(4:6, :), 1))
+      text = 'the tangent is singular: the structure can move without force, most at node '
+      if (moves > 1.0e-6_wp*turns) then
+         node = maxloc(norm2(nodal(1:3, :), 1), 1)
+         text = text//text_of(node)//' along '//direction_text(nodal(1:3, node)/norm2(nodal(1:3, node)))
+      else
+         node = maxloc(norm2(nodal(4:6, :), 1), 1)
+         text = text//text_of(node)//', which turns about '//axis_text(nodal(4:6, node)/norm2(nodal(4:6, node)))
+      end if
+      text = text//'; a support is missing there, or a part of it has lost its stiffness'
+   end function name_mode
+
+   subroutine append(names, name)
+      character(len=:), allocatable, intent(inout) :: names
+      character(len=*), intent(in) :: name
+      if (names /= '') names = names//', '
+      names = names//name
+   end subroutine append
+
+   function direction_text(d) result(text)
+      real(wp), intent(in) :: d(3)
+      character(len=:), allocatable :: text
+      integer :: k
+      k = maxloc(abs(d), 1)
+      if (abs(d(k)) > 1 - 1.0e-6_wp) then
+         text = axis_name(k)
+      else
+         text = vector_text(d)
+      end if
+   end function direction_text
+
+   function axis_text(d) result(text)
+      real(wp), intent(in) :: d(3)
+      character(len=:), allocatable :: text
+      text = direction_text(d)
+      if (len(text) == 1) then
+         text = 'the '//text//' axis'
+      else
+         text = 'the direction '//text
+      end if
+   end function axis_text
+
+   function point_text(point, length) result(text)
+      real(wp), intent(in) :: point(3), length
+      character(len=:), allocatable :: text
+      real(wp) :: rounded(3)
+      rounded = point
+      where (abs(rounded) < 1.0e-7_wp*length) rounded = 0
+      text = vector_text(rounded)
+   end function point_text
+
+   function vector_text(v) result(text)
+      real(wp), intent(in) :: v(3)
+      character(len=:), allocatable :: text
+      character(len=16) :: number
+      integer :: k
+      text = '('
+      do k = 1, 3
+         write (number, '(g0.4)') real(v(k), dp)
+         if (.not. abs(v(k)) > 0) number = '0'
+         text = text//trim(number)
+         if (k < 3) text = text//', '
+      end do
+      text = text//')'
+   end function vector_text
+
+   pure function cross(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+   end function cross
+end module finshell_mechanism
