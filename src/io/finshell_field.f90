@@ -6,7 +6,14 @@ module finshell_field
    use finshell_status, only: status_invalid_argument, status_not_a_number
    implicit none
    private
-   public :: field_t, increment_t, name_t, check_field, check_increment, check_name
+   public :: field_t, increment_t, name_t, check_field, check_fields, check_increment, has_displacement, layout
+   public :: without_slash
+
+   !> Refuse a list of fields: before a file is created, because of its names, or later, because of its values.
+   interface check_fields
+      module procedure :: check_names
+      module procedure :: check_values
+   end interface check_fields
 
    !> A named field on the nodes or on the elements.
    type :: field_t
@@ -84,4 +91,71 @@ contains
       if (len(name) == 0 .or. verify(name, allowed) /= 0 .or. verify(name, '.') == 0) call raise(error, status_invalid_argument, &
          & what//' "'//name//'": a name is made of letters, digits, "_", "-" and "."')
    end subroutine check_name
+
+   subroutine check_values(fields, expected, items, what, increment, error)
+      type(field_t), intent(in) :: fields(:)
+      type(field_t), intent(in) :: expected(:) !< names and components
+      integer, intent(in) :: items, increment
+      character(len=*), intent(in) :: what
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i
+      if (size(fields) /= size(expected)) call raise(error, status_invalid_argument, 'found '//text_of(size(fields))//' ' &
+         & //what//' fields at increment '//text_of(increment)//', expected '//text_of(size(expected)))
+      do i = 1, size(expected)
+         if (allocated(error)) return
+         call check_field(fields(i), expected(i)%components, items, what, increment, error)
+         if (.not. allocated(error) .and. fields(i)%name /= expected(i)%name) call raise(error, status_invalid_argument, &
+            & 'found '//what//' field '//fields(i)%name//' at increment '//text_of(increment)//', expected '//expected(i)%name)
+      end do
+   end subroutine check_values
+
+   subroutine check_names(fields, what, error)
+      type(field_t), intent(in) :: fields(:)
+      character(len=*), intent(in) :: what
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i, j
+      do i = 1, size(fields)
+         call check_name(fields(i)%name, what, error)
+         if (allocated(error)) return
+         do j = 1, i - 1
+            if (fields(i)%name == fields(j)%name) call raise(error, status_invalid_argument, what//' '//fields(i)%name &
+               & //' is requested twice')
+         end do
+         if (fields(i)%components < 1) call raise(error, status_invalid_argument, what//' '//fields(i)%name &
+            & //' needs at least one component')
+         if (allocated(error)) return
+      end do
+   end subroutine check_names
+
+   !> Whether the nodal displacements are among the fields.
+   pure logical function has_displacement(fields)
+      type(field_t), intent(in) :: fields(:)
+      integer :: i
+      has_displacement = .false.
+      do i = 1, size(fields)
+         if (fields(i)%name == 'displacement' .and. fields(i)%components == 3) has_displacement = .true.
+      end do
+   end function has_displacement
+
+   !> The fields without their values.
+   pure function layout(fields) result(names)
+      type(field_t), intent(in) :: fields(:)
+      type(field_t) :: names(size(fields))
+      integer :: i
+      do i = 1, size(fields)
+         names(i)%name = fields(i)%name
+         names(i)%components = fields(i)%components
+      end do
+   end function layout
+
+   !> A name that does not open a group of its own.
+   pure function without_slash(name) result(safe)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: safe
+      integer :: i
+      safe = name
+      do i = 1, len(safe)
+         if (safe(i:i) == '/') safe(i:i) = '_'
+      end do
+   end function without_slash
 end module finshell_field

@@ -330,7 +330,7 @@ contains
          & 'use the dataset: it has other dimensions than expected', error)
    end subroutine open_table
 
-   subroutine close_table(self)
+   impure elemental subroutine close_table(self)
       class(hdf5_table_t), intent(inout) :: self
       integer :: ignored
       if (self%id >= 0) call h5dclose_f(self%id, ignored)

@@ -2,8 +2,9 @@
 !>
 !> Header: increment,load_factor,iterations,negative_pivots,<monitor names>. Names are quoted where CSV needs it.
 module finshell_history
-   use finshell_error, only: error_t, raise
+   use finshell_error, only: error_t, raise, text_of
    use finshell_field, only: check_increment, increment_t, name_t
+   use finshell_kinds, only: wp
    use finshell_status, only: status_io_error
    implicit none
    private
@@ -68,16 +69,13 @@ contains
       type(increment_t), intent(in) :: record
       type(error_t), allocatable, intent(out) :: error
       character(len=:), allocatable :: row
-      character(len=80) :: buffer
       integer :: i
       call check_increment(record, self%monitors, error)
       if (allocated(error)) return
-      write (buffer, '(i0,",",es0.16e3,",",i0,",",i0)') record%increment, record%load_factor, record%iterations, &
-         & record%negative_pivots
-      row = trim(buffer)
+      row = text_of(record%increment)//','//exact(record%load_factor)//','//text_of(record%iterations)//',' &
+         & //text_of(record%negative_pivots)
       do i = 1, size(self%monitors)
-         write (buffer, '(es0.16e3)') record%monitors(i)
-         row = row//','//trim(buffer)
+         row = row//','//exact(record%monitors(i))
       end do
       call self%put(row, error)
    end subroutine append
@@ -114,6 +112,15 @@ contains
       if (status == 0) flush (self%unit, iostat=status, iomsg=reason)
       if (status /= 0) call raise(error, status_io_error, self%name//': cannot write the history file: '//trim(reason))
    end subroutine put
+
+   !> A number with the 17 digits that give it back bit for bit.
+   pure function exact(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: text
+      character(len=32) :: buffer
+      write (buffer, '(es25.16e3)') x
+      text = trim(adjustl(buffer))
+   end function exact
 
    function header(monitors) result(line)
       type(name_t), intent(in) :: monitors(:)
@@ -156,8 +163,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
       character(len=256) :: reason
-      integer :: unit, status, length, first, last
-      allocate (lines(0))
+      integer :: unit, status, length, first, last, i
+      length = 0
       open (newunit=unit, file=name, status='old', action='read', form='unformatted', access='stream', iostat=status, &
          & iomsg=reason)
       if (status == 0) then
@@ -170,12 +177,12 @@ contains
          call raise(error, status_io_error, name//': cannot read the history file: '//trim(reason))
          return
       end if
+      allocate (lines(count([(text(i:i) == new_line('a'), i=1, length)])))
       first = 1
-      do
-         last = index(text(first:), new_line('a'))
-         if (last == 0) exit
-         lines = [lines, name_t(text(first:first + last - 2))]
-         first = first + last
+      do i = 1, size(lines)
+         last = first + index(text(first:), new_line('a')) - 1
+         lines(i)%text = text(first:last - 1)
+         first = last + 1
       end do
    end subroutine read_lines
 end module finshell_history

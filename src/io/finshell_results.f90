@@ -8,27 +8,21 @@
 !> Use: `create` or `open_for_restart`, then `append` for every increment, then `close`.
 module finshell_results
    use finshell_error, only: error_t, raise, text_of
-   use finshell_field, only: check_field, check_increment, check_name, field_t, increment_t, name_t
-   use finshell_hdf5, only: hdf5_byte, hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_table_t
+   use finshell_field, only: check_field, check_fields, check_increment, field_t, has_displacement, increment_t, layout, &
+      & name_t, without_slash
+   use finshell_hdf5, only: hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_table_t
    use finshell_kinds, only: i8, wp
    use finshell_status, only: status_invalid_argument, status_io_error
-   use finshell_xdmf, only: xdmf_file_t
+   use finshell_vtkhdf, only: compare_mesh, same_lists, same_ranks, same_values, write_mesh
+   use finshell_xdmf, only: xdmf_file_t, xdmf_name
    implicit none
    private
    public :: results_file_t
 
-   integer(i8), parameter :: vtk_triangle = 5
-
-   !> The lists of the group Steps that are the same for every step, because there is one mesh of one part.
-   character(len=*), parameter :: same_lists(5) = [character(len=21) :: 'PartOffsets', 'PointOffsets', 'NumberOfParts', &
-      & 'CellOffsets', 'ConnectivityIdOffsets']
-   integer(i8), parameter :: same_values(5) = [0, 0, 1, 0, 0]
-   integer, parameter :: same_ranks(5) = [1, 1, 1, 2, 2]
    character(len=*), parameter :: counters(3) = [character(len=15) :: 'increment', 'iterations', 'negative_pivots']
 
    !> A field and the list of where each of its steps begins.
    type :: series_t
-      character(len=:), allocatable :: name
       type(hdf5_table_t) :: values, offsets
       integer :: components = 1
    end type series_t
@@ -41,6 +35,7 @@ module finshell_results
       integer :: nodes = 0, elements = 0
       integer(i8) :: steps = 0, lines = 0
       logical :: restartable = .false.
+      type(field_t), allocatable :: point_layout(:), cell_layout(:) !< names and components
       type(series_t), allocatable :: points(:), cells(:)
       type(series_t) :: load_factor !< as field data of VTKHDF
       type(name_t), allocatable :: monitors(:)
@@ -53,8 +48,6 @@ module finshell_results
       procedure :: log_line
       procedure :: close => close_results
       procedure, private :: attach
-      procedure, private :: compare_mesh
-      procedure, private :: write_mesh
       procedure, private :: write_step
       procedure, private :: step_size
    end type results_file_t
@@ -81,12 +74,16 @@ contains
       if (.not. allocated(error)) call check_fields(cell_fields, 'cell field', error)
       if (.not. allocated(error) .and. restartable .and. .not. has_displacement(point_fields)) &
          & call raise(error, status_invalid_argument, file_name//': a restart needs the point field displacement with 3 components')
+      if (.not. allocated(error)) call self%close(error)
       if (allocated(error)) return
       self%name = file_name
       if (present(published_as)) self%name = published_as
+      self%nodes = size(coordinates, 2)
+      self%elements = size(triangles, 2)
+      self%steps = 0
       call self%file%create(file_name, error)
       if (allocated(error)) return
-      call self%write_mesh(coordinates, triangles, error)
+      call write_mesh(self%file, coordinates, triangles, error)
       if (.not. allocated(error)) call self%file%make_group('/finshell', error)
       if (.not. allocated(error)) call self%file%set_text('/finshell', 'version', version, error)
       if (.not. allocated(error)) call self%file%set_integers('/finshell', 'restartable', [merge(1_i8, 0_i8, restartable)], error)
@@ -117,6 +114,8 @@ contains
       type(error_t), allocatable :: ignored
       integer(i8) :: restartable
       old%name = file_name
+      old%nodes = size(coordinates, 2)
+      old%elements = size(triangles, 2)
       call old%file%open(file_name, error)
       if (allocated(error)) return
       call old%file%get_integer('/finshell', 'restartable', restartable, error)
@@ -128,7 +127,7 @@ contains
             call raise(error, status_io_error, file_name//': cannot restart: the file holds no complete step')
          end if
       end if
-      if (.not. allocated(error)) call old%compare_mesh(coordinates, triangles, error)
+      if (.not. allocated(error)) call compare_mesh(old%file, file_name, coordinates, triangles, error)
       if (.not. allocated(error)) call old%attach(.false., point_fields, cell_fields, monitors, .true., error)
       if (.not. allocated(error)) call self%create(file_name//'.restart', version, input_text, coordinates, triangles, &
          & point_fields, cell_fields, monitors, .true., error, published_as=file_name)
@@ -197,8 +196,9 @@ contains
          call raise(error, status_invalid_argument, self%name//': the rotations are missing, which a restart needs')
       end if
       if (.not. allocated(error)) call check_increment(record, self%monitors, error)
-      if (.not. allocated(error)) call check_series(self%points, point_fields, self%nodes, 'node', record%increment, error)
-      if (.not. allocated(error)) call check_series(self%cells, cell_fields, self%elements, 'element', record%increment, error)
+      if (.not. allocated(error)) call check_fields(point_fields, self%point_layout, self%nodes, 'node', record%increment, error)
+      if (.not. allocated(error)) call check_fields(cell_fields, self%cell_layout, self%elements, 'element', &
+         & record%increment, error)
       if (.not. allocated(error) .and. self%restartable) then
          rotations = field_t('rotation quaternion', 4, quaternions)
          call check_field(rotations, 4, self%nodes, 'node', record%increment, error)
@@ -226,113 +226,23 @@ contains
    subroutine close_results(self, error)
       class(results_file_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
-      integer :: i
       call self%xdmf%close()
       if (.not. self%file%is_open()) return
       if (allocated(self%points)) then
-         do i = 1, size(self%points)
-            call close_series(self%points(i))
-         end do
-         do i = 1, size(self%cells)
-            call close_series(self%cells(i))
-         end do
-         do i = 1, size(self%monitored)
-            call self%monitored(i)%close()
-         end do
+         call close_series(self%points)
+         call close_series(self%cells)
+         call self%monitored%close()
+         deallocate (self%points, self%cells, self%monitored)
       end if
       call close_series(self%load_factor)
-      do i = 1, size(self%same)
-         call self%same(i)%close()
-      end do
-      do i = 1, size(self%history)
-         call self%history(i)%close()
-      end do
+      call self%same%close()
+      call self%history%close()
       call self%times%close()
       call self%factors%close()
       call self%quaternions%close()
       call self%log%close()
       call self%file%close(error)
    end subroutine close_results
-
-   subroutine write_mesh(self, coordinates, triangles, error)
-      class(results_file_t), intent(inout) :: self
-      real(wp), intent(in) :: coordinates(:, :)
-      integer, intent(in) :: triangles(:, :)
-      type(error_t), allocatable, intent(out) :: error
-      type(field_t) :: points
-      integer :: i
-      self%nodes = size(coordinates, 2)
-      self%elements = size(triangles, 2)
-      self%steps = 0
-      points = field_t('coordinates', 3, coordinates)
-      call check_field(points, 3, self%nodes, 'node', 0, error)
-      if (.not. allocated(error)) call self%file%make_group('/VTKHDF', error)
-      if (.not. allocated(error)) call self%file%set_text('/VTKHDF', 'Type', 'UnstructuredGrid', error)
-      if (.not. allocated(error)) call self%file%set_integers('/VTKHDF', 'Version', [2_i8, 0_i8], error)
-      if (allocated(error)) return
-      call put_once('NumberOfPoints', hdf5_integer, [int(self%nodes, i8)])
-      call put_once('NumberOfCells', hdf5_integer, [int(self%elements, i8)])
-      call put_once('NumberOfConnectivityIds', hdf5_integer, [3_i8*self%elements])
-      call put_once('Connectivity', hdf5_integer, int(reshape(triangles, [3*self%elements]), i8) - 1)
-      call put_once('Offsets', hdf5_integer, [(3_i8*i, i=0, self%elements)])
-      call put_once('Types', hdf5_byte, [(vtk_triangle, i=1, self%elements)])
-      if (.not. allocated(error)) call put_points(points%values)
-      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/PointData', error)
-      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/CellData', error)
-      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/FieldData', error)
-      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/Steps', error)
-      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/Steps/PointDataOffsets', error)
-      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/Steps/CellDataOffsets', error)
-      if (.not. allocated(error)) call self%file%make_group('/VTKHDF/Steps/FieldDataOffsets', error)
-      if (.not. allocated(error)) call self%file%set_integers('/VTKHDF/Steps', 'NSteps', [0_i8], error)
-   contains
-      subroutine put_once(name, kind, values)
-         character(len=*), intent(in) :: name
-         integer, intent(in) :: kind
-         integer(i8), contiguous, intent(in) :: values(:)
-         type(hdf5_table_t) :: table
-         if (.not. allocated(error)) call table%create(self%file, '/VTKHDF/'//name, kind, error, rows=size(values))
-         if (.not. allocated(error)) call table%put_integers(0_i8, values, error)
-         call table%close()
-      end subroutine put_once
-
-      subroutine put_points(values)
-         real(wp), contiguous, intent(in) :: values(:, :)
-         type(hdf5_table_t) :: table
-         call table%create(self%file, '/VTKHDF/Points', hdf5_real, error, components=3, rows=size(values, 2))
-         if (.not. allocated(error)) call table%put_reals(0_i8, values, error)
-         call table%close()
-      end subroutine put_points
-   end subroutine write_mesh
-
-   !> A file can only be continued with the mesh it was written with.
-   subroutine compare_mesh(self, coordinates, triangles, error)
-      class(results_file_t), intent(inout) :: self
-      real(wp), intent(in) :: coordinates(:, :)
-      integer, intent(in) :: triangles(:, :)
-      type(error_t), allocatable, intent(out) :: error
-      type(hdf5_table_t) :: points, connectivity
-      real(wp), allocatable :: x(:, :)
-      integer(i8), allocatable :: corners(:)
-      integer(i8) :: nodes, rows
-      logical :: same
-      same = .false.
-      self%nodes = size(coordinates, 2)
-      self%elements = size(triangles, 2)
-      allocate (x(3, self%nodes), corners(3*self%elements))
-      call points%open(self%file, '/VTKHDF/Points', hdf5_real, nodes, error, components=3)
-      if (.not. allocated(error)) call connectivity%open(self%file, '/VTKHDF/Connectivity', hdf5_integer, rows, error)
-      if (.not. allocated(error) .and. nodes == self%nodes .and. rows == size(corners)) then
-         call points%get_reals(0_i8, x, error)
-         if (.not. allocated(error)) call connectivity%get_integers(0_i8, corners, error)
-         if (.not. allocated(error)) same = all(abs(x - coordinates) <= epsilon(x)*abs(x)) &
-            & .and. all(corners + 1 == reshape(triangles, [size(triangles)]))
-      end if
-      call points%close()
-      call connectivity%close()
-      if (.not. allocated(error) .and. .not. same) call raise(error, status_io_error, self%name &
-         & //': cannot restart: the file holds another mesh')
-   end subroutine compare_mesh
 
    !> Create the tables that grow, or open those of an existing file, which must hold all complete steps.
    subroutine attach(self, fresh, point_fields, cell_fields, monitors, restartable, error)
@@ -345,6 +255,8 @@ contains
       integer :: i
       self%restartable = restartable
       self%monitors = monitors
+      self%point_layout = layout(point_fields)
+      self%cell_layout = layout(cell_fields)
       allocate (self%points(size(point_fields)), self%cells(size(cell_fields)), self%monitored(size(monitors)))
       call grow(self%times, '/VTKHDF/Steps/Values', hdf5_real, 1)
       do i = 1, size(same_lists)
@@ -397,7 +309,6 @@ contains
          character(len=*), intent(in) :: group
          type(field_t), intent(in) :: field
          integer, intent(in) :: items
-         series%name = field%name
          series%components = field%components
          call grow(series%values, '/VTKHDF/'//group//'/'//field%name, hdf5_real, field%components, items=items)
          call grow(series%offsets, '/VTKHDF/Steps/'//group//'Offsets/'//field%name, hdf5_integer, 1)
@@ -487,74 +398,9 @@ contains
       end do
    end subroutine read_records
 
-   subroutine check_series(series, fields, items, what, increment, error)
-      type(series_t), intent(in) :: series(:)
-      type(field_t), intent(in) :: fields(:)
-      integer, intent(in) :: items, increment
-      character(len=*), intent(in) :: what
-      type(error_t), allocatable, intent(out) :: error
-      integer :: i
-      if (size(fields) /= size(series)) call raise(error, status_invalid_argument, 'found '//text_of(size(fields))//' ' &
-         & //what//' fields at increment '//text_of(increment)//', expected '//text_of(size(series)))
-      do i = 1, size(series)
-         if (allocated(error)) return
-         call check_field(fields(i), series(i)%components, items, what, increment, error)
-         if (.not. allocated(error) .and. fields(i)%name /= series(i)%name) call raise(error, status_invalid_argument, &
-            & 'found '//what//' field '//fields(i)%name//' at increment '//text_of(increment)//', expected '//series(i)%name)
-      end do
-   end subroutine check_series
-
-   subroutine close_series(series)
+   impure elemental subroutine close_series(series)
       type(series_t), intent(inout) :: series
       call series%values%close()
       call series%offsets%close()
    end subroutine close_series
-
-   subroutine check_fields(fields, what, error)
-      type(field_t), intent(in) :: fields(:)
-      character(len=*), intent(in) :: what
-      type(error_t), allocatable, intent(out) :: error
-      integer :: i, j
-      do i = 1, size(fields)
-         call check_name(fields(i)%name, what, error)
-         if (allocated(error)) return
-         do j = 1, i - 1
-            if (fields(i)%name == fields(j)%name) call raise(error, status_invalid_argument, what//' '//fields(i)%name &
-               & //' is requested twice')
-         end do
-         if (fields(i)%components < 1) call raise(error, status_invalid_argument, what//' '//fields(i)%name &
-            & //' needs at least one component')
-         if (allocated(error)) return
-      end do
-   end subroutine check_fields
-
-   pure logical function has_displacement(fields)
-      type(field_t), intent(in) :: fields(:)
-      integer :: i
-      has_displacement = .false.
-      do i = 1, size(fields)
-         if (fields(i)%name == 'displacement' .and. fields(i)%components == 3) has_displacement = .true.
-      end do
-   end function has_displacement
-
-   !> NAME.xdmf for NAME.vtkhdf.
-   pure function xdmf_name(file_name) result(name)
-      character(len=*), intent(in) :: file_name
-      character(len=:), allocatable :: name
-      integer :: dot
-      dot = index(file_name, '.', back=.true.)
-      if (dot <= index(file_name, '/', back=.true.)) dot = len(file_name) + 1
-      name = file_name(:dot - 1)//'.xdmf'
-   end function xdmf_name
-
-   !> A name that does not open a group of its own.
-   pure function without_slash(name) result(safe)
-      character(len=*), intent(in) :: name
-      character(len=:), allocatable :: safe
-      integer :: i
-      safe = name
-      do i = 1, len(safe)
-         if (safe(i:i) == '/') safe(i:i) = '_'
-      end do
-   end function without_slash
 end module finshell_results

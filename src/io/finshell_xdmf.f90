@@ -8,7 +8,7 @@ module finshell_xdmf
    use finshell_status, only: status_io_error
    implicit none
    private
-   public :: xdmf_file_t
+   public :: xdmf_file_t, xdmf_name
 
    character(len=*), parameter :: nl = new_line('a')
    character(len=*), parameter :: tail = '  </Grid>'//nl//' </Domain>'//nl//'</Xdmf>'//nl
@@ -84,6 +84,16 @@ contains
       if (self%unit /= -1) close (self%unit)
       self%unit = -1
    end subroutine close_file
+
+   !> NAME.xdmf for NAME.vtkhdf.
+   pure function xdmf_name(file_name) result(name)
+      character(len=*), intent(in) :: file_name
+      character(len=:), allocatable :: name
+      integer :: dot
+      dot = index(file_name, '.', back=.true.)
+      if (dot <= index(file_name, '/', back=.true.)) dot = len(file_name) + 1
+      name = file_name(:dot - 1)//'.xdmf'
+   end function xdmf_name
 
    !> One field at one step: the rows step * items ... of its dataset.
    function attribute(source, field, center, group, items, step) result(text)
