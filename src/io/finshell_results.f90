@@ -24,7 +24,6 @@ module finshell_results
    !> A field and the list of where each of its steps begins.
    type :: series_t
       type(hdf5_table_t) :: values, offsets
-      integer :: components = 1
    end type series_t
 
    type :: results_file_t
@@ -47,9 +46,7 @@ module finshell_results
       procedure :: append
       procedure :: log_line
       procedure :: close => close_results
-      procedure, private :: attach
-      procedure, private :: write_step
-      procedure, private :: step_size
+      procedure, private :: attach, write_step, step_size
    end type results_file_t
 
 contains
@@ -120,13 +117,10 @@ contains
       if (allocated(error)) return
       call old%file%get_integer('/finshell', 'restartable', restartable, error)
       if (.not. allocated(error)) call old%file%get_integer('/VTKHDF/Steps', 'NSteps', old%steps, error)
-      if (.not. allocated(error)) then
-         if (restartable == 0) then
-            call raise(error, status_io_error, file_name//': cannot restart: the file was written without the data for a restart')
-         else if (old%steps == 0) then
-            call raise(error, status_io_error, file_name//': cannot restart: the file holds no complete step')
-         end if
-      end if
+      if (.not. allocated(error) .and. restartable == 0) call raise(error, status_io_error, &
+         & file_name//': cannot restart: the file was written without the data for a restart')
+      if (.not. allocated(error) .and. old%steps == 0) call raise(error, status_io_error, &
+         & file_name//': cannot restart: the file holds no complete step')
       if (.not. allocated(error)) call compare_mesh(old%file, file_name, coordinates, triangles, error)
       if (.not. allocated(error)) call old%attach(.false., point_fields, cell_fields, monitors, .true., error)
       if (.not. allocated(error)) call self%create(file_name//'.restart', version, input_text, coordinates, triangles, &
@@ -177,7 +171,7 @@ contains
          integer, intent(in) :: items
          type(field_t), intent(inout) :: field
          if (allocated(error)) return
-         if (.not. allocated(field%values)) allocate (field%values(series%components, items))
+         if (.not. allocated(field%values)) allocate (field%values(field%components, items))
          call series%values%get_reals(step*items, field%values, error)
       end subroutine get_step
    end subroutine copy_steps
@@ -309,7 +303,6 @@ contains
          character(len=*), intent(in) :: group
          type(field_t), intent(in) :: field
          integer, intent(in) :: items
-         series%components = field%components
          call grow(series%values, '/VTKHDF/'//group//'/'//field%name, hdf5_real, field%components, items=items)
          call grow(series%offsets, '/VTKHDF/Steps/'//group//'Offsets/'//field%name, hdf5_integer, 1)
       end subroutine grow_series
@@ -368,8 +361,8 @@ contains
       class(results_file_t), intent(in) :: self
       integer(i8), parameter :: bytes = storage_size(1.0_wp)/8 ! of a real number
       integer(i8), parameter :: overhead = 8192 ! of a growing dataset: a new chunk of a list, a new node of its index
-      step_size = 32*overhead + sum(int(self%points%components, i8))*self%nodes*bytes &
-         & + sum(int(self%cells%components, i8))*self%elements*bytes &
+      step_size = 32*overhead + sum(int(self%point_layout%components, i8))*self%nodes*bytes &
+         & + sum(int(self%cell_layout%components, i8))*self%elements*bytes &
          & + overhead*(2*(size(self%points) + size(self%cells)) + size(self%monitored))
       if (self%restartable) step_size = step_size + 4_i8*self%nodes*bytes
    end function step_size
