@@ -5,14 +5,19 @@
 !> number of threads nor on how a mesh is split into calls.
 module finshell_batch
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_element, only: evaluate_block, rotation_vector, rotation_quaternion
+   use finshell_element, only: evaluate_block, recover_block, rotation_vector, rotation_quaternion
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_section, only: section_t
    use finshell_status, only: status_ok, status_invalid_argument, status_not_a_number
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
    private
-   public :: evaluate_elements, rotation_vector, rotation_quaternion
+   public :: evaluate_elements, recover_elements, rotation_vector, rotation_quaternion
+
+   !> A block of elements, side by side.
+   type :: block_t
+      real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3)
+   end type block_t
 
 contains
 
@@ -35,8 +40,7 @@ contains
       integer, intent(in), optional :: threads !< default: OpenMP's, or 1 inside a parallel region
       integer :: b, blocks, level, team
 
-      if (size(rotation, 1) /= merge(4, 3, convention == rotation_quaternion) .or. size(rotation, 2) /= 3 &
-          .or. size(rotation, 3) < n .or. convention < rotation_vector .or. convention > rotation_quaternion) then
+      if (bad_shape(rotation, convention, n)) then
          status = status_invalid_argument
          return
       end if
@@ -49,55 +53,126 @@ contains
       if (present(threads)) team = max(1, threads)
       if (team == 1 .or. blocks == 1) then
          do b = 1, blocks
-            call evaluate_chunk(section, level, b, n, x, u, rotation, convention, status, energy, force, tangent, direction)
+            call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
+                                direction)
          end do
       else
 !$omp parallel do schedule(static) num_threads(team)
          do b = 1, blocks
-            call evaluate_chunk(section, level, b, n, x, u, rotation, convention, status, energy, force, tangent, direction)
+            call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
+                                direction)
          end do
 !$omp end parallel do
       end if
    end subroutine evaluate_elements
 
-   !> Elements (b - 1)*lanes + 1 ... of the batch; missing ones of the last block repeat its first.
-   subroutine evaluate_chunk(section, level, b, n, x, u, rotation, convention, status, energy, force, tangent, direction)
+   !> Recovered results of n elements: thickness stretch, resultants, stresses. Arguments as in `evaluate_elements`.
+   !>
+   !> Components 11, 22, 12 refer to the material direction projected on the element (global x by default, z where x is normal
+   !> to the element), carried along by the element's rotation.
+   subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction)
       type(section_t), intent(in) :: section
-      integer, intent(in) :: level, b, n, convention
+      integer, intent(in) :: n, convention
+      real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
+      integer(i4), intent(out) :: status(n)
+      real(wp), intent(out), optional :: stretch(n) !< thickness stretch of the midsurface
+      real(wp), intent(out), optional :: membrane_force(3, n) !< per reference length, conjugate to Green-Lagrange strain
+      real(wp), intent(out), optional :: moment(3, n)
+      real(wp), intent(out), optional :: stress(3, 3, n) !< Cauchy stress (component; bottom, middle, top; element)
+      real(wp), intent(in), optional :: direction(3, n)
+      type(block_t) :: block
+      real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3), sigma(lanes, 3, 3)
+      integer(i4) :: found(lanes)
+      integer :: first, l
+
+      if (bad_shape(rotation, convention, n)) then
+         status = status_invalid_argument
+         return
+      end if
+      do first = 0, n - 1, lanes
+         call gather(first, n, x, u, rotation, convention, block, direction)
+         call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found)
+         call check_input(block, found)
+         do l = 1, min(lanes, n - first)
+            status(first + l) = found(l)
+            if (present(stretch)) stretch(first + l) = merge(s(l), 0.0_wp, found(l) == status_ok)
+            if (present(membrane_force)) membrane_force(:, first + l) = merge(f(l, :), 0.0_wp, found(l) == status_ok)
+            if (present(moment)) moment(:, first + l) = merge(m(l, :), 0.0_wp, found(l) == status_ok)
+            if (present(stress)) stress(:, :, first + l) = merge(sigma(l, :, :), 0.0_wp, found(l) == status_ok)
+         end do
+      end do
+   end subroutine recover_elements
+
+   !> Rotations must be (4, 3, >= n) quaternions or (3, 3, >= n) vectors.
+   pure logical function bad_shape(rotation, convention, n)
+      real(wp), intent(in) :: rotation(:, :, :)
+      integer, intent(in) :: convention, n
+      bad_shape = size(rotation, 1) /= merge(4, 3, convention == rotation_quaternion) .or. size(rotation, 2) /= 3 &
+                  .or. size(rotation, 3) < n .or. convention < rotation_vector .or. convention > rotation_quaternion
+   end function bad_shape
+
+   !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
+   pure subroutine gather(first, n, x, u, rotation, convention, block, direction)
+      integer, intent(in) :: first, n, convention
+      real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
+      type(block_t), intent(out) :: block
+      real(wp), intent(in), optional :: direction(3, n)
+      integer :: c, e, j, l
+      do l = 1, lanes
+         e = first + merge(l, 1, first + l <= n)
+         do j = 1, 3
+            do c = 1, 3
+               block%x(l, c, j) = x(c, j, e)
+               block%u(l, c, j) = u(c, j, e)
+               block%rotation(l, c, j) = rotation(c, j, e)
+            end do
+            block%rotation(l, 4, j) = 0
+            if (convention == rotation_quaternion) block%rotation(l, 4, j) = rotation(4, j, e)
+         end do
+         block%direction(l, :) = [1.0_wp, 0.0_wp, 0.0_wp]
+         if (present(direction)) block%direction(l, :) = direction(:, e)
+      end do
+   end subroutine gather
+
+   !> NaN and infinity in the input, found by one sum over it.
+   pure subroutine check_input(block, status)
+      type(block_t), intent(in) :: block
+      integer(i4), intent(inout) :: status(lanes)
+      real(wp) :: total(lanes)
+      integer :: c, j
+      total = 0
+      do j = 1, 3
+         do c = 1, 3
+            total = total + abs(block%x(:, c, j)) + abs(block%u(:, c, j)) + abs(block%rotation(:, c, j))
+         end do
+         total = total + abs(block%rotation(:, 4, j)) + abs(block%direction(:, j))
+      end do
+      where (.not. total <= huge(1.0_wp)) status = status_not_a_number
+   end subroutine check_input
+
+   !> Elements first + 1 ... of the batch.
+   subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
       real(wp), intent(in), optional :: direction(3, n)
-      real(wp) :: xb(lanes, 3, 3), ub(lanes, 3, 3), rb(lanes, 4, 3), db(lanes, 3)
+      type(block_t) :: block
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
-      integer(i4) :: sb(lanes)
-      logical :: finite
-      integer :: c, e, first, i, j, l, used
+      integer(i4) :: found(lanes)
+      integer :: i, j, l, used
 
-      first = (b - 1)*lanes
       used = min(lanes, n - first)
-      rb = 0
-      do l = 1, lanes
-         e = first + merge(l, 1, l <= used)
-         do j = 1, 3
-            do c = 1, 3
-               xb(l, c, j) = x(c, j, e)
-               ub(l, c, j) = u(c, j, e)
-               rb(l, c, j) = rotation(c, j, e)
-            end do
-            if (convention == rotation_quaternion) rb(l, 4, j) = rotation(4, j, e)
-         end do
-         db(l, :) = [1.0_wp, 0.0_wp, 0.0_wp]
-         if (present(direction)) db(l, :) = direction(:, e)
-      end do
-      call evaluate_block(section, level, xb, ub, rb, convention, db, eb, fb, kb, sb)
-
+      call gather(first, n, x, u, rotation, convention, block, direction)
+      call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
+      call check_input(block, found)
+      status(first + 1:first + used) = found(1:used)
       do l = 1, used
-         e = first + l
-         ! a sum over the input finds NaN and infinity in one test
-         finite = abs(sum(xb(l, :, :)) + sum(ub(l, :, :)) + sum(rb(l, :, :)) + sum(db(l, :))) <= huge(1.0_wp)
-         if (.not. finite) sb(l) = status_not_a_number
-         status(e) = sb(l)
+         if (found(l) == status_ok) cycle
+         eb(l) = 0
+         fb(l, :) = 0
+         if (level == level_tangent) kb(l, :, :) = 0
       end do
       if (present(energy)) energy(first + 1:first + used) = eb(1:used)
       if (present(force)) then
@@ -117,12 +192,5 @@ contains
             end do
          end do
       end if
-      do l = 1, used
-         if (sb(l) == status_ok) cycle
-         e = first + l
-         if (present(energy)) energy(e) = 0
-         if (present(force)) force(:, e) = 0
-         if (present(tangent)) tangent(:, :, e) = 0
-      end do
    end subroutine evaluate_chunk
 end module finshell_batch

@@ -25,6 +25,10 @@ module finshell_core
       real(wp) :: energy(lanes)
       real(wp) :: gradient(lanes, n_core)
       real(wp) :: hessian(lanes, n_core, n_core)
+      ! kept for recovery; point by point
+      real(wp) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
+      real(wp) :: stretch(lanes) !< thickness stretch of the midsurface
+      type(resultants_t) :: resultants
    end type core_t
 
 contains
@@ -40,11 +44,10 @@ contains
       integer(i4), intent(inout) :: status(lanes)
       type(bending_t) :: bend
       type(drilling_t) :: drill
-      type(resultants_t) :: r
       real(wp) :: higher(lanes, 3, 3, 3), kh(lanes, 6), tau(lanes, 3), slope(lanes, 6)
       real(wp) :: membrane(lanes, 3, 3), dm(lanes, 3, n_core, 3)
       real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes), side(lanes, 3)
-      real(wp) :: curvature(points_per_block, 3), strain(points_per_block, 3), point_axes(points_per_block, 2)
+      real(wp) :: point_axes(points_per_block, 2)
       integer(i4) :: point_status(points_per_block)
       integer :: g, groups, i, j, k, v
 
@@ -71,23 +74,26 @@ contains
          k = lanes*(g - 1)
          point_axes(k + 1:k + lanes, :) = axes
          do v = 1, 3
-            strain(k + 1:k + lanes, v) = membrane(:, v, min(g, groups))
-            curvature(k + 1:k + lanes, v) = -l*bend%curvature(:, v, g)
+            core%membrane(k + 1:k + lanes, v) = membrane(:, v, min(g, groups))
+            core%curvature(k + 1:k + lanes, v) = -l*bend%curvature(:, v, g)
          end do
       end do
       point_status = 0
-      call integrate(section, level, strain, curvature, point_axes, r, point_status)
+      call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status)
       where (status == 0) status = max(point_status(1:lanes), point_status(lanes + 1:2*lanes), &
                                        point_status(2*lanes + 1:3*lanes))
+      core%stretch = l
       weight = ref%area/3
-      core%energy = weight*(r%energy(1:lanes) + r%energy(lanes + 1:2*lanes) + r%energy(2*lanes + 1:3*lanes))
+      associate (w => core%resultants%energy)
+         core%energy = weight*(w(1:lanes) + w(lanes + 1:2*lanes) + w(2*lanes + 1:3*lanes))
+      end associate
       if (groups == 1) then
          core%energy = core%energy + 0.5_wp*(kh(:, 1)*tau(:, 1)**2 + kh(:, 2)*tau(:, 2)**2 + kh(:, 3)*tau(:, 3)**2) &
             + kh(:, 4)*tau(:, 1)*tau(:, 2) + kh(:, 5)*tau(:, 1)*tau(:, 3) + kh(:, 6)*tau(:, 2)*tau(:, 3)
       end if
       if (level < level_force) return
 
-      call core_gradient(groups, weight, r, bend, dm, l, dl, core%gradient)
+      call core_gradient(groups, weight, core%resultants, bend, dm, l, dl, core%gradient)
       if (groups == 1) then
          do i = 1, 3
             core%gradient(:, 3 + i) = core%gradient(:, 3 + i) + kh(:, pack(i, 1))*tau(:, 1) + kh(:, pack(i, 2))*tau(:, 2) &
@@ -96,18 +102,18 @@ contains
       end if
       if (level < level_tangent) return
 
-      call core_material_hessian(groups, weight, r, bend, dm, l, dl, ddl, core%hessian, side)
+      call core_material_hessian(groups, weight, core%resultants, bend, dm, l, dl, ddl, core%hessian, side)
       if (groups == 1) then
          do k = 1, 6
             i = 3 + row(k)
             j = 3 + column(k)
             core%hessian(:, i, j) = core%hessian(:, i, j) + kh(:, k)
          end do
-         call stabilised_geometric(ref, filter, drill, weight, r, core%hessian)
+         call stabilised_geometric(ref, filter, drill, weight, core%resultants, core%hessian)
       else
-         call paper_geometric(ref, filter, tau, higher, weight, r, core%hessian)
+         call paper_geometric(ref, filter, tau, higher, weight, core%resultants, core%hessian)
       end if
-      call von_karman_geometric(groups, weight, r, bend, core%hessian, side)
+      call von_karman_geometric(groups, weight, core%resultants, bend, core%hessian, side)
       call add_side_terms(ref, bend, side, core%hessian)
       do j = 1, n_core
          do i = 1, j - 1

@@ -11,11 +11,12 @@ module finshell_element
    use finshell_reference, only: reference_t, new_reference
    use finshell_quaternion, only: rotation_vector_to_quaternion
    use finshell_rotation, only: tangent_operator, tangent_transpose_derivative
-   use finshell_section, only: section_t
+   use finshell_section, only: section_t, cauchy_stress
    use finshell_status, only: status_invalid_argument
+   use finshell_voigt, only: rotate_stress
    implicit none
    private
-   public :: evaluate_block, material_direction, rotation_vector, rotation_quaternion
+   public :: evaluate_block, recover_block, rotation_vector, rotation_quaternion
 
    !> How nodal rotations are given, and what force and tangent refer to.
    !> rotation_vector: total rotation vectors (3 numbers), exact Hessian. rotation_quaternion: unit quaternions (4 numbers, scalar
@@ -39,22 +40,13 @@ contains
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
-      real(wp) :: quaternion(lanes, 4, 3), node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
+      real(wp) :: node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
       integer :: i, l
 
-      status = 0
-      call new_reference(nodes, ref, status)
-      if (convention == rotation_vector) then
-         do i = 1, 3
-            do l = 1, lanes
-               quaternion(l, :, i) = rotation_vector_to_quaternion(rotation(l, 1:3, i))
-            end do
-         end do
-      else
-         quaternion = rotation
-      end if
-      call new_filter(ref, displacement, quaternion, filter, status)
-      call material_direction(section, ref, direction, axes, status)
+      call deform(nodes, displacement, rotation, convention, ref, filter, status)
+      axes(:, 1) = 1
+      axes(:, 2) = 0
+      if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
       call evaluate_core(section, level, ref, filter, axes, core, status)
       energy = core%energy
       if (level < level_force) return
@@ -93,24 +85,102 @@ contains
       end do
    end subroutine add_vector_curvature
 
-   !> Cosine and sine of the material direction projected on the element; (1, 0) when no layer depends on it.
-   pure subroutine material_direction(section, ref, direction, axes, status)
+   !> Resultants, thickness stretch and stresses of a block of elements.
+   !>
+   !> Components refer to the material direction projected on the element and the in-plane normal to it, carried along by R.
+   pure subroutine recover_block(section, nodes, displacement, rotation, convention, direction, stretch, force, moment, stress, &
+                                 status)
       type(section_t), intent(in) :: section
+      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3)
+      integer, intent(in) :: convention
+      real(wp), intent(out) :: stretch(lanes) !< thickness stretch of the midsurface
+      real(wp), intent(out) :: force(lanes, 3) !< N11, N22, N12 per reference length, conjugate to Green-Lagrange strain
+      real(wp), intent(out) :: moment(lanes, 3) !< M11, M22, M12
+      real(wp), intent(out) :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
+      integer(i4), intent(out) :: status(lanes)
+      type(reference_t) :: ref
+      type(filter_t) :: filter
+      type(core_t) :: core
+      real(wp) :: axes(lanes, 2), back(lanes, 2), membrane(lanes, 3), curvature(lanes, 3)
+      integer :: i
+
+      call deform(nodes, displacement, rotation, convention, ref, filter, status)
+      call material_direction(ref, direction, axes, status)
+      call evaluate_core(section, level_force, ref, filter, axes, core, status)
+      stretch = core%stretch
+      do i = 1, 3
+         force(:, i) = mean(core%resultants%n(:, i))
+         moment(:, i) = mean(core%resultants%m(:, i))
+         membrane(:, i) = mean(core%membrane(:, i))
+         curvature(:, i) = mean(core%curvature(:, i))
+      end do
+      do i = 1, 3
+         call cauchy_stress(section, 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, stress(:, :, i), status)
+      end do
+      ! from the element frame into the material direction
+      back(:, 1) = axes(:, 1)
+      back(:, 2) = -axes(:, 2)
+      call rotate_stress(lanes, back, force)
+      call rotate_stress(lanes, back, moment)
+      do i = 1, 3
+         call rotate_stress(lanes, back, stress(:, :, i))
+      end do
+   end subroutine recover_block
+
+   !> Mean over the three in-plane points.
+   pure function mean(values) result(m)
+      real(wp), intent(in) :: values(3*lanes)
+      real(wp) :: m(lanes)
+      m = (values(1:lanes) + values(lanes + 1:2*lanes) + values(2*lanes + 1:3*lanes))/3
+   end function mean
+
+   !> Reference geometry and filtered motion of a block.
+   pure subroutine deform(nodes, displacement, rotation, convention, ref, filter, status)
+      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), rotation(lanes, 4, 3)
+      integer, intent(in) :: convention
+      type(reference_t), intent(out) :: ref
+      type(filter_t), intent(out) :: filter
+      integer(i4), intent(out) :: status(lanes)
+      real(wp) :: quaternion(lanes, 4, 3)
+      integer :: i, l
+      status = 0
+      call new_reference(nodes, ref, status)
+      if (convention == rotation_vector) then
+         do i = 1, 3
+            do l = 1, lanes
+               quaternion(l, :, i) = rotation_vector_to_quaternion(rotation(l, 1:3, i))
+            end do
+         end do
+         call new_filter(ref, displacement, quaternion, filter, status)
+      else
+         call new_filter(ref, displacement, rotation, filter, status)
+      end if
+   end subroutine deform
+
+   !> Cosine and sine of the material direction projected on the element.
+   !>
+   !> Where the direction is normal to the element (within 0.1 degrees) the next coordinate axis but one takes its place,
+   !> as is customary for the default direction x: z.
+   pure subroutine material_direction(ref, direction, axes, status)
       type(reference_t), intent(in) :: ref
       real(wp), intent(in) :: direction(lanes, 3)
       real(wp), intent(out) :: axes(lanes, 2)
       integer(i4), intent(inout) :: status(lanes)
+      real(wp), parameter :: sine_of_tenth_degree = 1.745e-3_wp
       real(wp), dimension(lanes) :: length, full
+      real(wp) :: turned(lanes, 2)
       integer :: i
-      axes(:, 1) = 1
-      axes(:, 2) = 0
-      if (section%isotropic) return
+      full = sqrt(direction(:, 1)**2 + direction(:, 2)**2 + direction(:, 3)**2)
+      where (.not. full > 0) status = status_invalid_argument
       do i = 1, 2
          axes(:, i) = direction(:, 1)*ref%frame(:, 1, i) + direction(:, 2)*ref%frame(:, 2, i) + direction(:, 3)*ref%frame(:, 3, i)
+         turned(:, i) = direction(:, 2)*ref%frame(:, 1, i) + direction(:, 3)*ref%frame(:, 2, i) + direction(:, 1)*ref%frame(:, 3, i)
       end do
       length = sqrt(axes(:, 1)**2 + axes(:, 2)**2)
-      full = sqrt(direction(:, 1)**2 + direction(:, 2)**2 + direction(:, 3)**2)
-      where (.not. length > sqrt(epsilon(1.0_wp))*full) status = status_invalid_argument
+      do i = 1, 2
+         where (length < sine_of_tenth_degree*full) axes(:, i) = turned(:, i)
+      end do
+      length = sqrt(axes(:, 1)**2 + axes(:, 2)**2)
       axes(:, 1) = axes(:, 1)/length
       axes(:, 2) = axes(:, 2)/length
    end subroutine material_direction

@@ -5,13 +5,14 @@
 module finshell_section
    use finshell_kinds, only: wp, dp, i4, lanes
    use finshell_error, only: error_t, raise, text_of
-   use finshell_material, only: material_t, level_force, level_tangent
+   use finshell_material, only: material_t, level_energy, level_force, level_tangent
    use finshell_status, only: status_invalid_argument
    use finshell_gauss, only: gauss_legendre, max_gauss_points
    use finshell_voigt, only: rotate_strain, rotate_stress, rotate_tangent
    implicit none
    private
-   public :: section_t, layer_t, resultants_t, new_section, integrate, midsurface_thickness, reference_membrane_tangent
+   public :: section_t, layer_t, resultants_t, new_section, integrate, midsurface_thickness, reference_membrane_tangent, &
+      cauchy_stress
    public :: formulation_s, formulation_p, points_per_block, default_beta0, default_points
 
    !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
@@ -193,6 +194,47 @@ contains
          end associate
       end do
    end subroutine reference_membrane_tangent
+
+   !> Cauchy stress (element frame, rotated back) at a reference height: sigma = U S U/(det U lambda_3), U from the local strain.
+   pure subroutine cauchy_stress(section, height, membrane, curvature, axes, sigma, status)
+      type(section_t), intent(in) :: section
+      real(wp), intent(in) :: height !< -thickness/2 (bottom) to thickness/2 (top)
+      real(wp), intent(in) :: membrane(lanes, 3), curvature(lanes, 3), axes(lanes, 2)
+      real(wp), intent(out) :: sigma(lanes, 3)
+      integer(i4), intent(inout) :: status(lanes)
+      real(wp) :: e(lanes, 3), x(lanes, 3), s(lanes, 3), d(lanes, 6), w(lanes), l(lanes), dl(lanes, 3), ddl(lanes, 6)
+      real(wp) :: direction(lanes, 2), u(lanes, 3), a(lanes, 3)
+      real(wp), dimension(lanes) :: jacobian, inverse
+      real(wp) :: top
+      integer :: layer
+
+      top = -0.5_wp*section%thickness
+      do layer = 1, size(section%layers) - 1
+         top = top + section%layers(layer)%thickness
+         if (height <= top) exit
+      end do
+      associate (law => section%layers(layer)%law)
+         call layer_direction(section%layers(layer), axes, direction)
+         e = membrane + height*curvature
+         call rotate_strain(lanes, direction, e, x)
+         call law%plane_stress(lanes, level_force, x, w, s, d, status)
+         call law%thickness_stretch(lanes, level_energy, x, l, dl, ddl, status)
+         call rotate_stress(lanes, direction, s)
+      end associate
+      jacobian = sqrt((1 + 2*e(:, 1))*(1 + 2*e(:, 2)) - e(:, 3)**2)
+      inverse = 1/sqrt(2 + 2*e(:, 1) + 2*e(:, 2) + 2*jacobian)
+      u(:, 1) = (1 + 2*e(:, 1) + jacobian)*inverse
+      u(:, 2) = (1 + 2*e(:, 2) + jacobian)*inverse
+      u(:, 3) = e(:, 3)*inverse
+      inverse = 1/(jacobian*l)
+      ! U S U, symmetric
+      a(:, 1) = u(:, 1)*s(:, 1) + u(:, 3)*s(:, 3)
+      a(:, 2) = u(:, 3)*s(:, 3) + u(:, 2)*s(:, 2)
+      a(:, 3) = u(:, 1)*s(:, 3) + u(:, 3)*s(:, 2)
+      sigma(:, 1) = (a(:, 1)*u(:, 1) + a(:, 3)*u(:, 3))*inverse
+      sigma(:, 3) = (a(:, 1)*u(:, 3) + a(:, 3)*u(:, 2))*inverse
+      sigma(:, 2) = ((u(:, 3)*s(:, 1) + u(:, 2)*s(:, 3))*u(:, 3) + a(:, 2)*u(:, 2))*inverse
+   end subroutine cauchy_stress
 
    pure subroutine layer_direction(layer, axes, direction)
       type(layer_t), intent(in) :: layer
