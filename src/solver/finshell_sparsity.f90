@@ -22,6 +22,7 @@ module finshell_sparsity
       integer(i4), allocatable :: row(:) !< ascending within a column
    contains
       procedure :: entries
+      procedure :: find
       procedure :: multiply
       procedure :: diagonal
    end type sparsity_t
@@ -40,6 +41,22 @@ contains
       entries = 0
       if (allocated(self%row)) entries = size(self%row)
    end function entries
+
+   !> Place of an entry in the values, or 0.
+   pure integer function find(self, row, column)
+      class(sparsity_t), intent(in) :: self
+      integer, intent(in) :: row, column
+      integer :: low, high
+      low = self%column_pointer(column)
+      high = self%column_pointer(column + 1) - 1
+      do while (low <= high)
+         find = low + (high - low)/2
+         if (self%row(find) == row) return
+         if (self%row(find) < row) low = find + 1
+         if (self%row(find) > row) high = find - 1
+      end do
+      find = 0
+   end function find
 
    !> Build the pattern.
    !>
@@ -186,13 +203,10 @@ contains
       real(dp), intent(in) :: values(:)
       real(dp) :: d(self%n)
       integer :: j, p
-      d = 0
       do j = 1, self%n
-         do p = self%column_pointer(j), self%column_pointer(j + 1) - 1
-            if (self%row(p) < j) cycle
-            if (self%row(p) == j) d(j) = values(p)
-            exit
-         end do
+         p = self%find(j, j)
+         d(j) = 0
+         if (p > 0) d(j) = values(p)
       end do
    end function diagonal
 

@@ -1,0 +1,268 @@
+!> Internal forces and tangent of a whole mesh, by many threads, with results that do not depend on how many.
+!>
+!> Built once for a mesh and its equations; then `assemble` for every state, and `add_element_contributions` for whatever
+!> else acts through elements. Nodal forces are in GLOBAL axes, also at nodes with axes of their own; the matrix is
+!> in the axes of the nodes, as the equations are (finshell_equations turns nodal vectors into equations).
+module finshell_assembly
+!$ use omp_lib, only: omp_get_max_threads
+   use finshell_batch, only: evaluate_elements, rotation_quaternion
+   use finshell_colouring, only: patches_t, new_patches
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_kinds, only: wp, i4
+   use finshell_section, only: section_t
+   use finshell_scatter, only: scatter_t, new_scatter, add_element_matrix
+   use finshell_sparsity, only: sparsity_t
+   use finshell_status, only: status_ok, status_invalid_argument
+   implicit none
+   private
+   public :: assembly_t, new_assembly, assemble, add_element_contributions
+
+   !> Elements are kept in the order of their patches: "slot" s holds element `patches%element(s)`.
+   type :: assembly_t
+      private
+      integer, public :: elements = 0, nodes = 0, entries = 0
+      type(patches_t), public :: patches
+      logical :: symmetric = .true.
+      integer(i4), allocatable :: slot(:) ! (elements) where an element is kept
+      integer(i4), allocatable :: corner(:, :) ! (3, slots) nodes
+      type(scatter_t) :: scatter ! of the slots
+      logical, allocatable :: framed(:) ! (slots) a node has axes of its own
+      integer(i4), allocatable :: frame(:) ! (nodes) 0: global axes
+      real(wp), allocatable :: frames(:, :, :)
+   end type assembly_t
+
+contains
+
+   !> Prepare the assembly. Errors: status_invalid_argument when array sizes do not fit each other.
+   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames)
+      type(assembly_t), intent(out) :: self
+      type(sparsity_t), intent(in) :: pattern !< of the same triangles and equations
+      integer, intent(in) :: triangles(:, :) !< (3, elements)
+      integer, intent(in) :: element_section(:) !< (elements) index into the list of sections
+      integer, intent(in) :: eq(:, :) !< (6, nodes) equation numbers, 0 = constrained
+      type(error_t), allocatable, intent(out) :: error
+      integer, optional, intent(in) :: frame(:) !< (nodes) axes of each node: index into frames, 0 = global
+      real(wp), optional, intent(in) :: frames(:, :, :) !< (3, 3, :) orthonormal columns: the axes
+      integer :: s, e
+
+      self%elements = size(triangles, 2)
+      self%nodes = size(eq, 2)
+      self%entries = pattern%entries()
+      self%symmetric = pattern%symmetric
+      if (size(element_section) /= self%elements) then
+         call raise(error, status_invalid_argument, 'a section index is needed for each of '//text_of(self%elements)//' elements')
+      else if (any(element_section < 1)) then
+         call raise(error, status_invalid_argument, 'element '//text_of(findloc(element_section < 1, .true., 1))// &
+                    ' has no section')
+      else if (present(frame) .neqv. present(frames)) then
+         call raise(error, status_invalid_argument, 'node axes need both their list and the index of each node')
+      else if (present(frame)) then
+         if (size(frame) /= self%nodes .or. any(frame < 0) .or. any(frame > size(frames, 3))) then
+            call raise(error, status_invalid_argument, 'a node refers to axes that are not given')
+         end if
+      end if
+      if (allocated(error)) return
+
+      call new_patches(self%patches, triangles, self%nodes, element_section, patch_size(self%elements))
+      allocate (self%slot(self%elements), self%corner(3, self%elements))
+      allocate (self%framed(self%elements))
+      allocate (self%frame(self%nodes), source=0_i4)
+      if (present(frame)) then
+         self%frame = int(frame, i4)
+         self%frames = frames
+      end if
+      do s = 1, self%elements
+         e = self%patches%element(s)
+         self%slot(e) = int(s, i4)
+         self%corner(:, s) = int(triangles(:, e), i4)
+         self%framed(s) = any(self%frame(triangles(:, e)) > 0)
+      end do
+      call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
+   end subroutine new_assembly
+
+   !> Elements in a patch: a function of the mesh alone, or else results would depend on the machine.
+   pure integer function patch_size(elements)
+      integer, intent(in) :: elements
+      patch_size = 32
+      if (elements < 16000) patch_size = 16
+      if (elements < 2000) patch_size = 8
+   end function patch_size
+
+   !> Evaluate all elements and add them up. Without `values` only forces are evaluated, which is cheaper.
+   subroutine assemble(self, sections, coordinates, u, q, internal_force, status, bad_element, values, energy, material_axes, &
+                       threads)
+      type(assembly_t), intent(in) :: self
+      type(section_t), intent(in) :: sections(:)
+      real(wp), intent(in) :: coordinates(:, :) !< (3, nodes) reference positions
+      real(wp), intent(in) :: u(:, :) !< (3, nodes) displacements
+      real(wp), intent(in) :: q(:, :) !< (4, nodes) unit quaternions, scalar first
+      real(wp), intent(out) :: internal_force(:, :) !< (6, nodes) all components, so reactions too; global axes
+      integer(i4), intent(out) :: status !< of the bad element with the lowest number, or status_ok
+      integer, intent(out) :: bad_element !< its number, or 0; all other results are then useless
+      real(wp), optional, intent(out) :: values(:) !< (entries of the pattern) tangent
+      real(wp), optional, intent(out) :: energy !< strain energy
+      real(wp), optional, intent(in) :: material_axes(:, :) !< (3, elements) material direction 1
+      integer, optional, intent(in) :: threads !< default: as OpenMP would
+      real(wp), allocatable :: patch_energy(:)
+      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :)
+      integer(i4), allocatable :: element_status(:)
+      integer :: p, c, i, j, s, n, most, team
+
+      status = status_ok
+      bad_element = 0
+      most = 0
+      if (self%elements > 0) most = maxval(self%patches%first(2:) - self%patches%first(:size(self%patches%first) - 1))
+      allocate (patch_energy(size(self%patches%group)))
+      team = 1
+      !$ team = omp_get_max_threads()
+      if (present(threads)) team = max(1, threads)
+
+      !$omp parallel num_threads(team) default(shared) private(x, v, r, f, k, w, axes, element_status, p, c, i, j, s, n)
+      allocate (x(3, 3, most), v(3, 3, most), r(4, 3, most), f(18, most), element_status(most))
+      ! What is not asked for stays unallocated, and so counts as absent in the call below.
+      if (present(values)) allocate (k(18, 18, most))
+      if (present(energy)) allocate (w(most))
+      if (present(material_axes)) allocate (axes(3, most))
+      if (present(values)) then
+         !$omp do schedule(static)
+         do i = 1, size(values)
+            values(i) = 0
+         end do
+         !$omp end do nowait
+      end if
+      !$omp do schedule(static)
+      do i = 1, self%nodes
+         internal_force(:, i) = 0
+      end do
+      !$omp end do
+      do c = 1, self%patches%colours
+         !$omp do schedule(dynamic)
+         do p = self%patches%first_of_colour(c), self%patches%first_of_colour(c + 1) - 1
+            s = self%patches%first(p) - 1
+            n = self%patches%first(p + 1) - self%patches%first(p)
+            do i = 1, n
+               do j = 1, 3
+                  x(:, j, i) = coordinates(:, self%corner(j, s + i))
+                  v(:, j, i) = u(:, self%corner(j, s + i))
+                  r(:, j, i) = q(:, self%corner(j, s + i))
+               end do
+               if (allocated(axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
+            end do
+            call evaluate_elements(sections(self%patches%group(p)), n, x, v, r(:, :, :n), rotation_quaternion, element_status, &
+                                   energy=w, force=f, tangent=k, direction=axes, threads=1)
+            if (any(element_status(:n) /= status_ok)) then
+               !$omp critical
+               do i = 1, n
+                  if (element_status(i) == status_ok) cycle
+                  if (bad_element > 0 .and. bad_element < self%patches%element(s + i)) cycle
+                  bad_element = self%patches%element(s + i)
+                  status = element_status(i)
+               end do
+               !$omp end critical
+               cycle
+            end if
+            if (allocated(w)) patch_energy(p) = sum(w(:n))
+            do i = 1, n
+               do j = 1, 3
+                  internal_force(:, self%corner(j, s + i)) = internal_force(:, self%corner(j, s + i)) + f(6*j - 5:6*j, i)
+               end do
+               if (.not. allocated(k)) cycle
+               if (self%framed(s + i)) call rotate(self, s + i, k(:, :, i))
+               call add_element_matrix(self%scatter, s + i, k(:, :, i), values)
+            end do
+         end do
+         !$omp end do
+      end do
+      !$omp end parallel
+      if (present(energy)) then
+         energy = 0
+         if (bad_element == 0) energy = sum(patch_energy)
+      end if
+   end subroutine assemble
+
+   !> Add forces that act through elements to the external forces, and take their stiffness from the tangent.
+   !>
+   !> Contributions come by a list of elements, which may name an element several times. Rows of force and stiffness are
+   !> the 9 displacements (3 per node), or all 18 degrees of freedom, in global axes. A symmetric pattern takes the
+   !> symmetric part of the stiffness. The order of summation is that of the list within each patch, whatever the threads.
+   subroutine add_element_contributions(self, elements, force, external_force, stiffness, values, threads)
+      type(assembly_t), intent(in) :: self
+      integer, intent(in) :: elements(:) !< element numbers
+      real(wp), intent(in) :: force(:, :) !< (9 or 18, size(elements)) external force on the nodes
+      real(wp), intent(inout) :: external_force(:, :) !< (6, nodes) force is added; global axes
+      real(wp), optional, intent(in) :: stiffness(:, :, :) !< (9 or 18, 9 or 18, size(elements)) d force / d unknowns
+      real(wp), optional, intent(inout) :: values(:) !< stiffness is subtracted
+      integer, optional, intent(in) :: threads !< default: as OpenMP would
+      integer(i4), allocatable :: first(:), fill(:), order(:)
+      real(wp) :: k(18, 18)
+      integer :: local(18)
+      integer :: c, i, j, l, p, s, team, m
+
+      team = 1
+      !$ team = omp_get_max_threads()
+      if (present(threads)) team = max(1, threads)
+      m = size(force, 1)
+      local(:m) = [(merge(6*((i - 1)/3) + mod(i - 1, 3) + 1, i, m == 9), i=1, m)]
+      allocate (first(self%elements + 1), source=0_i4)
+      allocate (order(size(elements)))
+      do i = 1, size(elements)
+         first(self%slot(elements(i)) + 1) = first(self%slot(elements(i)) + 1) + 1_i4
+      end do
+      first(1) = 1
+      do s = 1, self%elements
+         first(s + 1) = first(s + 1) + first(s)
+      end do
+      fill = first
+      do i = 1, size(elements)
+         s = self%slot(elements(i))
+         order(fill(s)) = int(i, i4)
+         fill(s) = fill(s) + 1_i4
+      end do
+
+      !$omp parallel num_threads(team) default(shared) private(c, i, j, l, p, s, k)
+      do c = 1, self%patches%colours
+         !$omp do schedule(dynamic)
+         do p = self%patches%first_of_colour(c), self%patches%first_of_colour(c + 1) - 1
+            do s = self%patches%first(p), self%patches%first(p + 1) - 1
+               do l = first(s), first(s + 1) - 1
+                  i = order(l)
+                  do j = 1, m
+                     associate (node => self%corner((local(j) - 1)/6 + 1, s), component => mod(local(j) - 1, 6) + 1)
+                        external_force(component, node) = external_force(component, node) + force(j, i)
+                     end associate
+                  end do
+                  if (.not. (present(stiffness) .and. present(values))) cycle
+                  k = 0
+                  if (self%symmetric) then
+                     k(local(:m), local(:m)) = -0.5_wp*(stiffness(:, :, i) + transpose(stiffness(:, :, i)))
+                  else
+                     k(local(:m), local(:m)) = -stiffness(:, :, i)
+                  end if
+                  if (self%framed(s)) call rotate(self, s, k)
+                  call add_element_matrix(self%scatter, s, k, values)
+               end do
+            end do
+         end do
+         !$omp end do
+      end do
+      !$omp end parallel
+   end subroutine add_element_contributions
+
+   !> Turn an element matrix into the axes of its nodes.
+   pure subroutine rotate(self, s, k)
+      type(assembly_t), intent(in) :: self
+      integer, intent(in) :: s !< slot
+      real(wp), intent(inout) :: k(18, 18)
+      integer :: j, b, first
+      do j = 1, 3
+         if (self%frame(self%corner(j, s)) == 0) cycle
+         associate (axes => self%frames(:, :, self%frame(self%corner(j, s))))
+            do b = 0, 1
+               first = 6*(j - 1) + 3*b + 1
+               k(first:first + 2, :) = matmul(transpose(axes), k(first:first + 2, :))
+               k(:, first:first + 2) = matmul(k(:, first:first + 2), axes)
+            end do
+         end associate
+      end do
+   end subroutine rotate
+end module finshell_assembly
