@@ -32,7 +32,7 @@ build: ## Build everything: build/bin, build/lib
 configure:
 	@cmake --preset $(PRESET) $(if $(wildcard $(VENV)/bin/python),-DFINSHELL_PYTHON=$(CURDIR)/$(VENV)/bin/python) --log-level=WARNING >/dev/null
 compile:
-	@cmake --build --preset $(PRESET) -j $(JOBS)
+	@[ -t 1 ] || quiet='-- --quiet'; cmake --build --preset $(PRESET) -j $(JOBS) $$quiet
 
 benchmark: build ## Run the benchmark programs
 	@for program in build/bin/bench_*; do [ ! -x $$program ] || { echo "== $$program"; $$program || exit 1; }; done

@@ -7,6 +7,7 @@
 4. No file of src is longer than 400 lines, unless long_files.txt gives a reason.
 """
 import os
+import pathlib
 import re
 
 ORDER = ["base", "math", "material", "section", "element", "batch", "model", "solver", "io", "app"]
@@ -15,6 +16,11 @@ OPEN_TO_API = {"base", "math", "section", "element", "batch"}
 MATERIAL_OPEN_TO_API = {"finshell_registry", "finshell_material"}
 SET_UP = {"finshell_registry", "finshell_parameter"}  # material laws by name: never called for an element
 LONGEST = 400
+
+
+def text_of(path):
+    """Content of a file."""
+    return pathlib.Path(path).read_text(encoding="utf-8")
 
 
 def statements(text):
@@ -85,7 +91,7 @@ def arrows(root):
     home, uses = {}, []
     for path in files:
         layer = layer_of(path, root)
-        for number, statement in statements(open(path, encoding="utf-8").read()):
+        for number, statement in statements(text_of(path)):
             m = re.match(r"module\s+(\w+)$", statement)
             if m and m.group(1) != "procedure":
                 home[m.group(1)] = layer
@@ -111,7 +117,7 @@ def file_violations(path, root):
     def report(number, text):
         found.append(f"{os.path.relpath(path, root)}:{number}: {text}")
 
-    for number, s in statements(open(path, encoding="utf-8").read()):
+    for number, s in statements(text_of(path)):
         action = action_of(s)
         if re.match(r"(print\b(?!\s*=)|write\s*\(\s*(unit\s*=\s*)?(\*|6\s*[,)]|output_unit|error_unit))", action):
             report(number, "prints")
@@ -152,7 +158,7 @@ def lengths(root, listed):
     found = []
     for path in fortran_files(os.path.join(root, "src")):
         name = os.path.relpath(path, root)
-        lines = sum(1 for _ in open(path, encoding="utf-8"))
+        lines = len(text_of(path).splitlines())
         if lines > LONGEST and name not in listed:
             found.append(f"{name}: {lines} lines, more than {LONGEST}")
         if lines <= LONGEST and name in listed:
@@ -163,7 +169,7 @@ def lengths(root, listed):
 def long_files(path):
     """The files that may be long: lines `path: reason`."""
     listed = set()
-    for line in open(path, encoding="utf-8"):
+    for line in text_of(path).splitlines():
         if line.strip() and not line.startswith("#"):
             name, reason = line.split(":", 1)
             assert reason.strip(), f"no reason for {name}"
