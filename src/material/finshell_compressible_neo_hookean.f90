@@ -76,16 +76,19 @@ contains
       mu = self%mu
       lambda = self%lambda
       do b = 0, n - lanes, lanes
+!GCC$ ivdep
          do i = 1, lanes
             e1(i) = e(b + i, 1)
             e2(i) = e(b + i, 2)
             e3(i) = e(b + i, 3)
          end do
          call solve_thickness(mu, lambda, e1, e2, e3, c, f, q, x, energy, status(b + 1:b + lanes))
+!GCC$ ivdep
          do i = 1, lanes
             w(b + i) = energy(i)
          end do
          if (level < level_force) cycle
+!GCC$ ivdep
          do i = 1, lanes
             k = 2.0_wp*mu*(1.0_wp + x(i))*c(i)
             s(b + i, 1) = mu*(f(i) - x(i) + x(i)*f(i)) - k*e2(i)
@@ -93,6 +96,7 @@ contains
             s(b + i, 3) = 0.5_wp*k*e3(i)
          end do
          if (level < level_tangent) cycle
+!GCC$ ivdep
          do i = 1, lanes
             c33 = 1.0_wp + x(i)
             a1 = 1.0_wp + 2.0_wp*e2(i)
@@ -123,16 +127,19 @@ contains
       mu = self%mu
       lambda = self%lambda
       do b = 0, n - lanes, lanes
+!GCC$ ivdep
          do i = 1, lanes
             e1(i) = e(b + i, 1)
             e2(i) = e(b + i, 2)
             e3(i) = e(b + i, 3)
          end do
          call solve_thickness(mu, lambda, e1, e2, e3, c, f, q, x, energy, status(b + 1:b + lanes))
+!GCC$ ivdep
          do i = 1, lanes
             l(b + i) = sqrt(1.0_wp + x(i))
          end do
          if (level < level_force) cycle
+!GCC$ ivdep
          do i = 1, lanes
             ! dl = -phi C^-1, phi = lambda l/(lambda + 2 mu l^2), by differentiating the plane-stress condition
             a1 = 1.0_wp + 2.0_wp*e2(i)
@@ -146,6 +153,7 @@ contains
             dl(b + i, 3) = -phi*a3
          end do
          if (level < level_tangent) cycle
+!GCC$ ivdep
          do i = 1, lanes
             a1 = 1.0_wp + 2.0_wp*e2(i)
             a2 = 1.0_wp + 2.0_wp*e1(i)
@@ -204,6 +212,7 @@ contains
       tolerance = epsilon(1.0_wp)**0.4_wp ! the error of a cubically convergent iteration is far below its last step's
       do iteration = 1, most_iterations
          call log_remainder(lanes, x, mx)
+!GCC$ ivdep
          do i = 1, lanes
             g = x(i) + r*(log_det(i) + (x(i) - mx(i)))
             y = r/(1.0_wp + x(i))

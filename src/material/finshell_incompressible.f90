@@ -29,6 +29,7 @@ contains
       integer :: b, i
       logical :: ok
       do b = 0, n - lanes, lanes
+!GCC$ ivdep
          do i = 1, lanes
             ! the adjugate of C; its determinant from the strains
             a1(i) = 1.0_wp + 2.0_wp*e(b + i, 2)
@@ -41,6 +42,7 @@ contains
             status(b + i) = merge(status(b + i), status_material_limit, ok)
          end do
          if (level < level_force) cycle
+!GCC$ ivdep
          do i = 1, lanes
             lc(i) = l(b + i)*c(i)
             dl(b + i, 1) = -lc(i)*a1(i)
@@ -48,6 +50,7 @@ contains
             dl(b + i, 3) = -lc(i)*a3(i)
          end do
          if (level < level_tangent) cycle
+!GCC$ ivdep
          do i = 1, lanes
             lcc(i) = 3.0_wp*lc(i)*c(i)
             ddl(b + i, 1) = lcc(i)*a1(i)*a1(i)

@@ -51,6 +51,7 @@ contains
       c10 = self%c10
       c01 = self%c01
       do b = 0, n - lanes, lanes
+!GCC$ ivdep
          do i = 1, lanes
             p(i) = 2.0_wp*(e(b + i, 1) + e(b + i, 2))
             q = 4.0_wp*e(b + i, 1)*e(b + i, 2) - e(b + i, 3)*e(b + i, 3)
@@ -67,6 +68,7 @@ contains
             w(b + i) = c10*merge(p(i) - f(i), delta*f(i) - q, delta > 1.0_wp) + c01*(delta*f(i) - q*c(i))
          end do
          if (level < level_force) cycle
+!GCC$ ivdep
          do i = 1, lanes
             c2 = c(i)*c(i)
             g = f(i)*(1.0_wp + c(i)) ! 1 - c^2
@@ -78,6 +80,7 @@ contains
             s(b + i, 3) = 2.0_wp*wc*e(b + i, 3)
          end do
          if (level < level_tangent) cycle
+!GCC$ ivdep
          do i = 1, lanes
             c2 = c(i)*c(i)
             a1 = 1.0_wp + 2.0_wp*e(b + i, 2)

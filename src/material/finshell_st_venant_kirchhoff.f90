@@ -2,6 +2,7 @@
 !>
 !> Plane stress gives E33 = -nu/(1 - nu) (E11 + E22); the law ends where E33 <= -1/2, that is where the thickness would vanish.
 module finshell_st_venant_kirchhoff
+   use finshell_incompressible, only: metric_limit
    use finshell_kinds, only: wp, i4, lanes
    use finshell_material, only: level_force, level_tangent, material_t
    use finshell_parameter, only: parameter_t, required_parameter
@@ -59,26 +60,29 @@ contains
       ks = 0.5_wp*k*(1.0_wp - self%nu)
       call check(self%nu/(1.0_wp - self%nu), n, e, status)
       do b = 0, n - lanes, lanes
-         do i = b + 1, b + lanes
-            s1 = k*e(i, 1) + kn*e(i, 2)
-            s2 = kn*e(i, 1) + k*e(i, 2)
-            s3 = ks*e(i, 3)
-            w(i) = 0.5_wp*(s1*e(i, 1) + s2*e(i, 2) + s3*e(i, 3))
+!GCC$ ivdep
+         do i = 1, lanes
+            s1 = k*e(b + i, 1) + kn*e(b + i, 2)
+            s2 = kn*e(b + i, 1) + k*e(b + i, 2)
+            s3 = ks*e(b + i, 3)
+            w(b + i) = 0.5_wp*(s1*e(b + i, 1) + s2*e(b + i, 2) + s3*e(b + i, 3))
          end do
          if (level < level_force) cycle
-         do i = b + 1, b + lanes
-            s(i, 1) = k*e(i, 1) + kn*e(i, 2)
-            s(i, 2) = kn*e(i, 1) + k*e(i, 2)
-            s(i, 3) = ks*e(i, 3)
+!GCC$ ivdep
+         do i = 1, lanes
+            s(b + i, 1) = k*e(b + i, 1) + kn*e(b + i, 2)
+            s(b + i, 2) = kn*e(b + i, 1) + k*e(b + i, 2)
+            s(b + i, 3) = ks*e(b + i, 3)
          end do
          if (level < level_tangent) cycle
-         do i = b + 1, b + lanes
-            d(i, 1) = k
-            d(i, 2) = k
-            d(i, 3) = ks
-            d(i, 4) = kn
-            d(i, 5) = 0.0_wp
-            d(i, 6) = 0.0_wp
+!GCC$ ivdep
+         do i = 1, lanes
+            d(b + i, 1) = k
+            d(b + i, 2) = k
+            d(b + i, 3) = ks
+            d(b + i, 4) = kn
+            d(b + i, 5) = 0.0_wp
+            d(b + i, 6) = 0.0_wp
          end do
       end do
    end subroutine plane_stress
@@ -94,26 +98,29 @@ contains
       kappa = self%nu/(1.0_wp - self%nu)
       call check(kappa, n, e, status)
       do b = 0, n - lanes, lanes
-         do i = b + 1, b + lanes
-            l2 = 1.0_wp - 2.0_wp*kappa*(e(i, 1) + e(i, 2))
-            l(i) = sqrt(merge(l2, 1.0_wp, l2 > 0.0_wp))
+!GCC$ ivdep
+         do i = 1, lanes
+            l2 = 1.0_wp - 2.0_wp*kappa*(e(b + i, 1) + e(b + i, 2))
+            l(b + i) = sqrt(merge(l2, 1.0_wp, l2 > 0.0_wp))
          end do
          if (level < level_force) cycle
-         do i = b + 1, b + lanes
-            r = kappa/l(i)
-            dl(i, 1) = -r
-            dl(i, 2) = -r
-            dl(i, 3) = 0.0_wp
+!GCC$ ivdep
+         do i = 1, lanes
+            r = kappa/l(b + i)
+            dl(b + i, 1) = -r
+            dl(b + i, 2) = -r
+            dl(b + i, 3) = 0.0_wp
          end do
          if (level < level_tangent) cycle
-         do i = b + 1, b + lanes
-            r = kappa/l(i)
-            ddl(i, 1) = -r*r/l(i)
-            ddl(i, 2) = ddl(i, 1)
-            ddl(i, 3) = 0.0_wp
-            ddl(i, 4) = ddl(i, 1)
-            ddl(i, 5) = 0.0_wp
-            ddl(i, 6) = 0.0_wp
+!GCC$ ivdep
+         do i = 1, lanes
+            r = kappa/l(b + i)
+            ddl(b + i, 1) = -r*r/l(b + i)
+            ddl(b + i, 2) = ddl(b + i, 1)
+            ddl(b + i, 3) = 0.0_wp
+            ddl(b + i, 4) = ddl(b + i, 1)
+            ddl(b + i, 5) = 0.0_wp
+            ddl(b + i, 6) = 0.0_wp
          end do
       end do
    end subroutine thickness_stretch
@@ -124,14 +131,13 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in) :: e(n, 3)
       integer(i4), intent(inout) :: status(n)
-      real(wp) :: det, trace
+      real(wp) :: det, trace, least
       integer :: i
-      logical :: ok
       do i = 1, n
          trace = 2.0_wp*(e(i, 1) + e(i, 2))
          det = 1.0_wp + (trace + (4.0_wp*e(i, 1)*e(i, 2) - e(i, 3)*e(i, 3)))
-         ok = det > 0.0_wp .and. trace > -2.0_wp .and. kappa*trace < 1.0_wp .and. trace < huge(1.0_wp)
-         status(i) = merge(status(i), status_material_limit, ok)
+         least = min(det, 2.0_wp + trace, 1.0_wp - kappa*trace)
+         status(i) = merge(status(i), status_material_limit, least > 0.0_wp .and. det < metric_limit)
       end do
    end subroutine check
 

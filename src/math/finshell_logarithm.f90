@@ -9,7 +9,7 @@ module finshell_logarithm
                                         21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34, 35, 36, 37, 38, 39, 40]
    !> atanh(s) = s + s^3 (1/3 + s^2/5 + ...)
    real(wp), parameter :: atanh_series(0:40) = 1.0_wp/real(2*order + 3, wp)
-   integer, parameter :: terms = merge(34, 15, digits(1.0_wp) > 53)
+   integer, parameter :: terms = merge(35, 15, digits(1.0_wp) > 53) ! odd
 
 contains
 
@@ -20,18 +20,23 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in) :: z(n) !< > -1
       real(wp), intent(out) :: m(n)
-      real(wp) :: s, s2, p
+      real(wp) :: s, s2, s4, even, odd
       integer :: i, j
       do i = 1, n
          s = z(i)/(2.0_wp + z(i)) ! ln(1 + z) = 2 atanh(s)
          s2 = s*s
-         p = atanh_series(terms)
+         s4 = s2*s2
+         ! two chains of half the length: the loop waits for them
+         even = atanh_series(terms - 1)
+         odd = atanh_series(terms)
 !GCC$ unroll 40
-         do j = terms - 1, 0, -1
-            p = p*s2 + atanh_series(j)
+         do j = terms - 3, 0, -2
+            even = even*s4 + atanh_series(j)
+            odd = odd*s4 + atanh_series(j + 1)
          end do
-         m(i) = z(i)*s - 2.0_wp*s*s2*p
+         m(i) = z(i)*s - 2.0_wp*s*s2*(even + s2*odd)
       end do
+      if (all(abs(z) <= 0.5_wp)) return
       do i = 1, n
          if (abs(z(i)) > 0.5_wp) m(i) = z(i) - log(1.0_wp + z(i))
       end do
