@@ -44,7 +44,7 @@ module finshell_step
       integer :: maximum_cuts = 5 !< in a row
       logical :: automatic = .true. !< increments grow and shrink; else all have the first size (cuts apart)
       real(wp) :: growth = 2.0_wp !< largest ratio of an increment to the one before
-      integer :: wanted_iterations = 4 !< the size aims at this number of iterations
+      integer :: wanted_iterations = 0 !< the size aims at this number of iterations; 0: 5, or 7 with tight tolerances
       logical :: extrapolate = .true. !< start an increment from the extrapolated path
       real(wp) :: load_scale = 0 !< arc-length: weight of the load factor in the length, 0 cylindrical, 1 spherical
       type(convergence_t) :: convergence

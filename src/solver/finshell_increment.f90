@@ -23,11 +23,19 @@ contains
       real(wp) :: ratio
       next = size
       if (.not. step%automatic) return
-      ratio = real(step%wanted_iterations, wp)/max(iterations, 1)
+      ratio = real(wanted(step), wp)/max(iterations, 1)
       ratio = min(max(ratio, shrink), step%growth)
       if (cuts > 0) ratio = min(ratio, 1.0_wp)
       next = size*ratio
    end function next_size
+
+   !> Iterations to aim at: tight tolerances cost two more of a quadratic iteration, whatever the size.
+   pure function wanted(step) result(iterations)
+      type(step_t), intent(in) :: step
+      integer :: iterations
+      iterations = step%wanted_iterations
+      if (iterations <= 0) iterations = merge(7, 5, step%convergence%residual < 1.0e-5_wp)
+   end function wanted
 
    !> The next increment on the way to a target: all of what remains when that is little more than one increment, half of it when
    !> it is less than two, so that no tiny increment is left over.
