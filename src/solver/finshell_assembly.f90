@@ -151,14 +151,14 @@ contains
             call evaluate_elements(sections(self%patches%group(p)), n, x, v, r(:, :, :n), rotation_quaternion, element_status, &
                                    energy=w, force=f, tangent=k, direction=axes, threads=1)
             if (any(element_status(:n) /= status_ok)) then
-               !$omp critical
+               !$omp critical (finshell_bad_element)
                do i = 1, n
                   if (element_status(i) == status_ok) cycle
                   if (bad_element > 0 .and. bad_element < self%patches%element(s + i)) cycle
                   bad_element = self%patches%element(s + i)
                   status = element_status(i)
                end do
-               !$omp end critical
+               !$omp end critical (finshell_bad_element)
                cycle
             end if
             if (allocated(w)) patch_energy(p) = sum(w(:n))

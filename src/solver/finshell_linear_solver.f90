@@ -33,7 +33,7 @@ module finshell_linear_solver
 
    !> A copy by assignment has the pattern but no factors: it analyses and factorises for itself.
    type :: linear_solver_t
-      integer :: negative_pivots = -1 !< of the last factorisation; -1 when unknown (unsymmetric)
+      integer :: negative_pivots = -1 !< of the last factorisation, as many as negative eigenvalues; -1: unknown (unsymmetric)
       integer :: determinant_sign = 0 !< of the last factorisation: -1, 1, or 0 when singular
       logical :: definite = .false. !< the last factorisation was L L^T, or had positive pivots only
       integer :: singular_equation = 0 !< when factorise found the matrix singular: where its null vector is largest
