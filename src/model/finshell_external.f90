@@ -28,6 +28,9 @@ module finshell_external
    type :: external_t
       real(wp), allocatable :: dead(:, :, :) !< (6, nodes, 2) forces and moments: proportional, constant
       type(pressure_t), allocatable :: pressures(:)
+      !> Nodes with dead moments that are free to turn about two axes or more, and an element and its corner at each: such a
+      !> moment is not conservative and has an unsymmetric stiffness.
+      integer, allocatable :: turning_nodes(:), turning_elements(:), turning_corners(:)
       logical :: symmetric = .true. !< all load stiffnesses are symmetric
       logical :: has_constants = .false.
    end type external_t
@@ -45,7 +48,7 @@ contains
       allocate (self%dead(6, size(structure%mesh%coordinates, 2), 2), source=0.0_wp)
       pressures = 0
       if (.not. allocated(structure%loads)) then
-         allocate (self%pressures(0))
+         allocate (self%pressures(0), self%turning_nodes(0), self%turning_elements(0), self%turning_corners(0))
          return
       end if
       allocate (self%pressures(count(structure%loads%kind == load_pressure)))
@@ -77,7 +80,35 @@ contains
          end associate
          if (allocated(error)) return
       end do
+      call find_turning(self, structure%mesh, equations)
+      if (size(self%turning_nodes) > 0) self%symmetric = .false.
    end subroutine new_external
+
+   !> List the nodes whose dead moments have a stiffness.
+   pure subroutine find_turning(self, mesh, equations)
+      type(external_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      integer, allocatable :: at(:)
+      integer :: e, i, k, node
+      allocate (at(size(mesh%coordinates, 2)), source=0)
+      do i = 1, size(at)
+         if (any(abs(self%dead(4:6, i, :)) > 0) .and. count(equations%number(4:6, i) > 0) >= 2) at(i) = 1
+      end do
+      self%turning_nodes = pack([(i, i=1, size(at))], at > 0)
+      allocate (self%turning_elements(size(self%turning_nodes)), self%turning_corners(size(self%turning_nodes)), source=0)
+      do i = 1, size(self%turning_nodes)
+         at(self%turning_nodes(i)) = i
+      end do
+      do e = 1, size(mesh%triangles, 2)
+         do k = 1, 3
+            node = mesh%triangles(k, e)
+            if (at(node) == 0) cycle
+            self%turning_elements(at(node)) = e
+            self%turning_corners(at(node)) = k
+         end do
+      end do
+   end subroutine find_turning
 
    subroutine unknown(what, set, names, error)
       character(len=*), intent(in) :: what, set, names

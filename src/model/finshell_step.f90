@@ -16,9 +16,7 @@ module finshell_step
       real(wp) :: residual = 5.0e-3_wp !< out-of-balance force over reference force, and moments likewise
       real(wp) :: correction = 1.0e-2_wp !< last correction over the whole increment, displacements and rotations
       integer :: maximum_iterations = 16
-      integer :: divergence_iterations = 6 !< from here on a residual that keeps rising ends the attempt
       real(wp) :: rotation_limit = 0.4_wp !< largest rotation (radian) of a node in one iteration; <= 0: no limit
-      logical :: line_search = .false. !< shorten a correction that overshoots along its own direction
    end type convergence_t
 
    type :: step_t

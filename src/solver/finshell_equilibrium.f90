@@ -1,8 +1,9 @@
 !> Equilibrium of a structure as a problem for path following: internal forces against loads, under the supports.
 !>
-!> Unknowns are displacements and spins in the axes of the nodes. The tangent is the Hessian along exp(spin) R, symmetric for
-!> dead loads and closed pressures; what it leaves out is -1/2 spin(m) of dead moments m at nodes free to turn about an axis
-!> across m (they are not conservative), which slows the convergence there a little and changes no result.
+!> Unknowns are displacements and spins in the axes of the nodes. The elements give the Hessian along exp(spin) R, symmetric; the
+!> derivative of the moments with respect to spins, K - spin(m)/2, differs from it where the internal moments m of a node have
+!> a sum: at nodes with dead moments. The matrix is symmetric for dead forces, closed pressures, and moments at nodes that
+!> turn about one axis only; else it is unsymmetric and exact.
 module finshell_equilibrium
    use finshell_kinds, only: wp
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
@@ -10,6 +11,7 @@ module finshell_equilibrium
    use finshell_error, only: error_t, raise, text_of
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion, update_quaternion
+   use finshell_rotation, only: spin
    use finshell_batch, only: evaluate_elements, rotation_quaternion
    use finshell_pressure, only: follower_pressure
    use finshell_mesh, only: mesh_t, mesh_size, find_node_set, node_set_names
@@ -51,6 +53,7 @@ module finshell_equilibrium
       procedure :: largest_rotation
       procedure, private :: add_pressures
       procedure, private :: add_motion
+      procedure, private :: add_turning
       procedure, private :: measure_levels
    end type equilibrium_t
 
@@ -150,6 +153,7 @@ contains
       call self%add_pressures(tangent, unit_force, out_of_balance, active)
       self%external_force = self%state%load_factor*unit_force(:, :, 1) + self%state%constant_factor*unit_force(:, :, 2)
       if (tangent) then
+         if (size(self%external%turning_nodes) > 0) call self%add_turning()
          ! Moving the held components by the factor puts the structure out of balance too.
          if (size(self%moved_elements) > 0) call self%add_motion(out_of_balance, active)
          out_of_balance = out_of_balance + unit_force(:, :, active)
@@ -208,6 +212,22 @@ contains
          end associate
       end do
    end subroutine add_pressures
+
+   !> Stiffness of nodal moments with respect to spins: -spin(m)/2.
+   subroutine add_turning(self)
+      class(equilibrium_t), intent(inout) :: self
+      real(wp), allocatable :: force(:, :), stiffness(:, :, :), unused(:, :)
+      integer :: i, first
+      associate (loads => self%external)
+         allocate (force(18, size(loads%turning_nodes)), stiffness(18, 18, size(loads%turning_nodes)), source=0.0_wp)
+         allocate (unused(6, size(self%internal_force, 2)), source=0.0_wp)
+         do i = 1, size(loads%turning_nodes)
+            first = 6*loads%turning_corners(i) - 2
+            stiffness(first:first + 2, first:first + 2, i) = 0.5_wp*spin(self%internal_force(4:6, loads%turning_nodes(i)))
+         end do
+         call add_element_contributions(self%assembly, loads%turning_elements, force, unused, stiffness, self%values)
+      end associate
+   end subroutine add_turning
 
    !> Take the internal forces due to the motion of held nodes from rate.
    subroutine add_motion(self, rate, active)
@@ -336,15 +356,15 @@ contains
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(in) :: x(:), factor_change
       real(wp) :: angle
-      real(wp) :: spin(3)
+      real(wp) :: turn(3)
       integer :: i, k
       angle = 0
       do i = 1, size(self%equations%number, 2)
-         spin = 0
+         turn = 0
          do k = 1, 3
-            if (self%equations%number(3 + k, i) > 0) spin(k) = x(self%equations%number(3 + k, i))
+            if (self%equations%number(3 + k, i) > 0) turn(k) = x(self%equations%number(3 + k, i))
          end do
-         angle = max(angle, norm2(spin))
+         angle = max(angle, norm2(turn))
       end do
       do i = 1, size(self%equations%moved)
          angle = max(angle, norm2(factor_change*self%equations%motion(4:6, i, merge(2, 1, self%constant_phase))))

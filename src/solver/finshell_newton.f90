@@ -1,6 +1,9 @@
 !> Full Newton iteration for one increment, closed by a constraint (finshell_control): one assembly, one factorisation and one
 !> or two back substitutions an iteration. The residual after a correction comes with the next tangent, unless the correction
-!> is so small that the increment is likely to be done: then the force alone is computed.
+!> is so small that the increment is likely to be done: then the force alone is computed (once an increment).
+!>
+!> The whole correction is shortened where a node would turn by more than the limit. A line search was tried and left out: it
+!> took 57 iterations instead of 18 for the cantilever with end shear in one increment, and failed for the pinched hemisphere.
 module finshell_newton
    use finshell_kinds, only: wp, i4
    use finshell_status, only: status_ok, status_not_converged, status_text
@@ -37,11 +40,12 @@ contains
       type(newton_result_t), intent(out) :: result
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:)
-      real(wp) :: change, scale, earlier(2), slope
-      logical :: complete, likely
+      real(wp) :: change, scale, earlier(2)
+      logical :: complete, likely, guess
 
       allocate (x(problem%n), increment(problem%n))
       earlier = huge(1.0_wp)
+      guess = .true.
       call problem%evaluate(.true., error)
       if (allocated(error)) then
          call give_up(result, error%code, 'the predicted state cannot be evaluated: '//error%message)
@@ -58,9 +62,8 @@ contains
          if (result%code /= status_ok) return
          scale = rotation_scale(problem, x, change, settings%rotation_limit)
          if (scale < 1) complete = .false.
-         slope = dot_product(x, problem%residual + change*problem%rate)
          call problem%keep_iterate()
-         call apply(problem, settings, x, change, scale, complete, slope, increment, likely, result)
+         call apply(problem, settings, x, change, scale, complete, guess, increment, likely, result)
          if (result%code /= status_ok) return
 
          result%residual = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], &
@@ -73,7 +76,7 @@ contains
             result%converged = .true.
             return
          end if
-         if (complete .and. result%iterations >= settings%divergence_iterations &
+         if (complete .and. 4*result%iterations >= 3*settings%maximum_iterations &
              .and. result%correction > maxval(earlier)) then
             call give_up(result, status_not_converged, 'the iteration diverges (correction ' &
                //text_of(real(result%correction, kind(1.0d0)))//' of the increment after '//text_of(result%iterations) &
@@ -81,7 +84,10 @@ contains
             return
          end if
          earlier = [result%correction, earlier(1)]
-         if (likely) call problem%evaluate(.true., error)
+         if (likely .and. guess) then
+            guess = .false.
+            call problem%evaluate(.true., error)
+         end if
          if (allocated(error)) then
             call give_up(result, error%code, error%message)
             return
@@ -137,18 +143,17 @@ contains
    end subroutine correction_from
 
    !> Move by the correction and evaluate there; halve the correction where the element cannot be evaluated.
-   subroutine apply(problem, settings, x, change, scale, complete, slope, increment, likely, result)
+   subroutine apply(problem, settings, x, change, scale, complete, guess, increment, likely, result)
       class(problem_t), intent(inout) :: problem
       type(convergence_t), intent(in) :: settings
       real(wp), intent(in) :: x(:), change
       real(wp), intent(inout) :: scale
       logical, intent(inout) :: complete
-      real(wp), intent(in) :: slope !< x . residual before the correction
+      logical, intent(in) :: guess !< no tangent where the increment is likely to be done
       real(wp), intent(inout) :: increment(:)
-      logical, intent(out) :: likely !< the increment is probably done: no tangent was computed
+      logical, intent(out) :: likely !< the correction is small enough
       type(newton_result_t), intent(inout) :: result
       type(error_t), allocatable :: error
-      real(wp) :: new_slope
       integer :: attempt
 
       do attempt = 0, halvings
@@ -156,7 +161,7 @@ contains
          call problem%increment(increment)
          result%correction = correction_ratio(scale*x, increment, problem%field, problem%size, problem%detail)
          likely = complete .and. result%correction <= settings%correction
-         call problem%evaluate(.not. likely, error)
+         call problem%evaluate(.not. (likely .and. guess), error)
          if (.not. allocated(error)) exit
          if (error%code < 0 .or. attempt == halvings) then
             call give_up(result, error%code, error%message)
@@ -166,16 +171,6 @@ contains
          scale = 0.5_wp*scale
          complete = .false.
       end do
-      if (likely .or. .not. settings%line_search) return
-      new_slope = dot_product(x, problem%residual)
-      if (abs(new_slope) <= 0.8_wp*abs(slope) .or. new_slope*slope >= 0) return
-      call problem%back_to_iterate()
-      scale = scale*max(0.1_wp, slope/(slope - new_slope))
-      complete = .false.
-      call problem%move(scale*x, scale*change)
-      call problem%increment(increment)
-      call problem%evaluate(.true., error)
-      if (allocated(error)) call give_up(result, error%code, error%message)
    end subroutine apply
 
    !> Factor that keeps the rotation of every node within the limit.
