@@ -1,7 +1,7 @@
 !> CHOLMOD: supernodal L L^T of a positive definite matrix, simplicial L D L^T of any other, one symbolic analysis for both.
 !>
-!> Written for CHOLMOD 3 to 5 (SuiteSparse 4 to 7): `common_t` mirrors the leading part of `cholmod_common`, which these
-!> releases share, and the defaults that cholmod_start leaves there are verified before anything else is touched.
+!> `common_t` mirrors the leading part of `cholmod_common` in CHOLMOD 3.0 (SuiteSparse 5.12; the header of CHOLMOD 4 has the
+!> same), with room to spare behind it. The defaults that cholmod_start leaves there are verified before use.
 module finshell_cholmod
    use, intrinsic :: iso_c_binding, only: c_int, c_long, c_size_t, c_double, c_ptr, c_funptr, c_null_ptr, c_associated, &
                                           c_f_pointer, c_loc
@@ -173,7 +173,7 @@ contains
       allocate (self%column_pointer, source=int(column_pointer - 1, c_int))
       allocate (self%row, source=int(row - 1, c_int))
       if (cholmod_start(self%common) == 0 .or. .not. layout_is_known(self%common)) then
-         call raise(error, status_invalid_argument, 'this release of CHOLMOD is not known to finshell; use SuiteSparse 4 to 7')
+         call raise(error, status_invalid_argument, 'this release of CHOLMOD is not known; SuiteSparse 5.12 is')
          deallocate (self%common)
          return
       end if
