@@ -15,8 +15,7 @@ module finshell_cholmod
    integer(c_int), parameter :: cholmod_pattern = 0, cholmod_real = 1
    integer(c_int), parameter :: cholmod_ok = 0
    integer(c_int), parameter :: cholmod_out_of_memory = -2, cholmod_too_large = -3
-   integer(c_int), parameter :: solve_a = 0
-   integer(c_int), parameter :: simplicial_or_supernodal = 1
+   integer(c_int), parameter :: solve_a = 0, simplicial_or_supernodal = 1
 
    type, bind(C) :: method_t
       real(c_double) :: lnz, fl, prune_dense, prune_dense2, nd_oksep, other_1(4)
