@@ -5,9 +5,9 @@
 !> 2 lambda mu'/(lambda + 2 mu') C^-1 (x) C^-1 + 2 mu' C^-1 (.) C^-1 with mu' = mu C33.
 !> Evaluated from the strain with the notation of finshell_mooney_rivlin, without cancellation for small strains.
 module finshell_compressible_neo_hookean
+   use finshell_elementary, only: log_remainder
    use finshell_incompressible, only: metric_limit
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_logarithm, only: log_remainder
    use finshell_material, only: level_force, level_tangent, material_t
    use finshell_parameter, only: parameter_t, optional_parameter
    use finshell_status, only: status_material_limit

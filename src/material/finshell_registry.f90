@@ -1,23 +1,32 @@
 !> The one place that lists the material laws. A new law is one file, one `use` and one line in each `select case` here.
 module finshell_registry
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use finshell_error, only: error_t, raise, text_of
    use finshell_compressible_neo_hookean, only: compressible_neo_hookean_parameters, new_compressible_neo_hookean
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_exponential_fibre, only: exponential_fibre_parameters, new_exponential_fibre
+   use finshell_gent, only: gent_parameters, new_gent
+   use finshell_holzapfel_2005, only: holzapfel_2005_parameters, new_holzapfel_2005
+   use finshell_holzapfel_gasser_ogden, only: holzapfel_gasser_ogden_parameters, new_holzapfel_gasser_ogden
    use finshell_kinds, only: wp, dp
    use finshell_material, only: material_t
    use finshell_mooney_rivlin, only: mooney_rivlin_parameters, new_mooney_rivlin
    use finshell_neo_hookean, only: neo_hookean_parameters, new_neo_hookean
+   use finshell_ogden, only: ogden_parameters, new_ogden
+   use finshell_orthotropic, only: orthotropic_parameters, new_orthotropic
    use finshell_parameter, only: parameter_t, list_of, lower
-   use finshell_st_venant_kirchhoff, only: new_st_venant_kirchhoff, st_venant_kirchhoff_parameters
+   use finshell_st_venant_kirchhoff, only: st_venant_kirchhoff_parameters, new_st_venant_kirchhoff
    use finshell_status, only: status_invalid_argument
+   use finshell_yeoh, only: yeoh_parameters, new_yeoh
    implicit none
    private
    public :: new_material, material_names, material_parameters, parameter_t
 
    integer, parameter :: name_length = 32
    character(len=name_length), parameter :: names(*) = [character(len=name_length) :: &
-                                                        'mooney_rivlin', 'neo_hookean', 'compressible_neo_hookean', &
-                                                        'st_venant_kirchhoff']
+                                                        'mooney_rivlin', 'neo_hookean', 'yeoh', 'gent', 'ogden', &
+                                                        'exponential_fibre', 'holzapfel_2005', 'holzapfel_gasser_ogden', &
+                                                        'compressible_neo_hookean', 'st_venant_kirchhoff', &
+                                                        'linear_elastic', 'orthotropic']
 
 contains
 
@@ -35,7 +44,14 @@ contains
       case ('mooney_rivlin'); parameters = mooney_rivlin_parameters()
       case ('neo_hookean'); parameters = neo_hookean_parameters()
       case ('compressible_neo_hookean'); parameters = compressible_neo_hookean_parameters()
-      case ('st_venant_kirchhoff'); parameters = st_venant_kirchhoff_parameters()
+      case ('st_venant_kirchhoff', 'linear_elastic'); parameters = st_venant_kirchhoff_parameters()
+      case ('yeoh'); parameters = yeoh_parameters()
+      case ('gent'); parameters = gent_parameters()
+      case ('ogden'); parameters = ogden_parameters()
+      case ('exponential_fibre'); parameters = exponential_fibre_parameters()
+      case ('holzapfel_2005'); parameters = holzapfel_2005_parameters()
+      case ('holzapfel_gasser_ogden'); parameters = holzapfel_gasser_ogden_parameters()
+      case ('orthotropic'); parameters = orthotropic_parameters()
       case default; allocate (parameters(0))
       end select
    end function material_parameters
@@ -50,13 +66,21 @@ contains
       case ('mooney_rivlin'); call new_mooney_rivlin(values, law, message)
       case ('neo_hookean'); call new_neo_hookean(values, law, message)
       case ('compressible_neo_hookean'); call new_compressible_neo_hookean(values, law, message)
-      case ('st_venant_kirchhoff'); call new_st_venant_kirchhoff(values, law, message)
+      case ('st_venant_kirchhoff', 'linear_elastic'); call new_st_venant_kirchhoff(values, law, message)
+      case ('yeoh'); call new_yeoh(values, law, message)
+      case ('gent'); call new_gent(values, law, message)
+      case ('ogden'); call new_ogden(values, law, message)
+      case ('exponential_fibre'); call new_exponential_fibre(values, law, message)
+      case ('holzapfel_2005'); call new_holzapfel_2005(values, law, message)
+      case ('holzapfel_gasser_ogden'); call new_holzapfel_gasser_ogden(values, law, message)
+      case ('orthotropic'); call new_orthotropic(values, law, message)
       end select
    end subroutine construct
 
    !> A material law by name, from named parameters. Capitals do not matter.
    !>
-   !> Errors (status_invalid_argument): unknown law; unknown, repeated, missing or senseless parameter. The message lists what there is.
+   !> Errors (status_invalid_argument): unknown law; unknown, repeated, missing or senseless parameter. The message lists
+   !> what there is.
    subroutine new_material(law, name, parameter_names, parameter_values, error)
       class(material_t), allocatable, intent(out) :: law
       character(len=*), intent(in) :: name

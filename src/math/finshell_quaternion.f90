@@ -95,7 +95,8 @@ contains
 
    !> Rotation vector, |v| <= pi, of a quaternion (not necessarily normalised).
    !>
-   !> q and -q give the same vector; at exactly pi, where v and -v are the same rotation, the first component that is not zero is positive.
+   !> q and -q give the same vector; at exactly pi, where v and -v are the same rotation, the first component that is not
+   !> zero is positive.
    pure function quaternion_to_rotation_vector(q) result(v)
       real(wp), intent(in) :: q(4)
       real(wp) :: v(3)
