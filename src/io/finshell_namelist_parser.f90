@@ -46,17 +46,17 @@ module finshell_namelist_parser
 contains
 
    !> Parse a text; file is the name used in messages. Errors are `FILE:LINE: what is wrong`.
-   subroutine parse_namelist(text, file, namelist, error)
+   subroutine parse_namelist(text, file, nml, error)
       character(len=*), intent(in) :: text
       character(len=*), intent(in) :: file
-      type(namelist_t), intent(out) :: namelist
+      type(namelist_t), intent(out) :: nml
       type(error_t), allocatable, intent(out) :: error
       type(cursor_t) :: here
       type(group_t), allocatable :: groups(:)
       integer :: n
 
-      namelist%file = file
-      allocate (namelist%groups(0), groups(16))
+      nml%file = file
+      allocate (nml%groups(0), groups(16))
       n = 0
       here%file = file
       here%text = text
@@ -67,8 +67,8 @@ contains
          call skip_space(here)
          if (here%at > len(text)) exit
          if (here%text(here%at:here%at) /= '&') then
-            call complain(here, here%line, "found '"//excerpt(here)//"' outside of a group; a group begins with &name " &
-               //'and ends with / (a string that contains / needs quotes)', error)
+            call complain(here, here%line, "found '"//excerpt(here)//"' outside of a group; a group begins with " &
+               //"'&name' and ends with '/' (a string that contains / needs quotes)", error)
             return
          end if
          if (n == most_groups) then
@@ -81,7 +81,7 @@ contains
          if (allocated(error)) return
       end do
       call resize_groups(groups, n)
-      call move_alloc(groups, namelist%groups)
+      call move_alloc(groups, nml%groups)
    end subroutine parse_namelist
 
    subroutine parse_group(here, group, error)

@@ -1,0 +1,278 @@
+!> From an input file to a model: the groups of doc/namelist.md, checked, every message with file and line.
+module finshell_input
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_status, only: status_input_error
+   use finshell_structure, only: structure_t
+   use finshell_step, only: step_t
+   use finshell_monitor, only: monitor_t, output_t
+   use finshell_support, only: support_t
+   use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
+   use finshell_namelist, only: get, check_all_used, complain_about
+   use finshell_input_common, only: check_name
+   use finshell_input_mesh, only: read_mesh, read_node_set, read_element_set
+   use finshell_input_section, only: named_material_t, read_material, read_section, check_sections
+   use finshell_input_support, only: read_support, check_supports
+   use finshell_input_load, only: read_load
+   use finshell_input_step, only: read_step
+   use finshell_input_output, only: read_monitor, read_output
+   implicit none
+   private
+   public :: input_t, read_input, parse_input, group_names
+
+   character(len=*), parameter :: group_names = &
+      'job, mesh, node_set, element_set, material, section, support, load, step, monitor, output'
+
+   !> All that an input file says.
+   type :: input_t
+      character(len=:), allocatable :: file
+      character(len=:), allocatable :: text !< the whole file
+      character(len=:), allocatable :: title
+      character(len=:), allocatable :: name !< of the job: its files are NAME.vtkhdf, NAME.xdmf, NAME.history.csv
+      integer :: threads = 0 !< 0: as OpenMP would
+      type(structure_t) :: structure
+      type(step_t), allocatable :: steps(:)
+      type(monitor_t), allocatable :: monitors(:)
+      type(output_t) :: output
+   end type input_t
+
+contains
+
+   !> Read an input file. File names in it are relative to its folder.
+   subroutine read_input(file_name, input, error)
+      character(len=*), intent(in) :: file_name
+      type(input_t), intent(out) :: input
+      type(error_t), allocatable, intent(out) :: error
+      type(namelist_t) :: namelist
+      character(len=:), allocatable :: text
+
+      call read_namelist(file_name, namelist, error, text)
+      if (allocated(error)) return
+      call translate(namelist, text, file_name, input, error)
+   end subroutine read_input
+
+   !> The same from a text; file_name is used in messages and to find other files.
+   subroutine parse_input(text, file_name, input, error)
+      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: file_name
+      type(input_t), intent(out) :: input
+      type(error_t), allocatable, intent(out) :: error
+      type(namelist_t) :: namelist
+
+      call parse_namelist(text, file_name, namelist, error)
+      if (allocated(error)) return
+      call translate(namelist, text, file_name, input, error)
+   end subroutine parse_input
+
+   !> The order of the groups in the file does not matter, but that of groups of the same name.
+   subroutine translate(namelist, text, file_name, input, error)
+      type(namelist_t), intent(inout) :: namelist
+      character(len=*), intent(in) :: text, file_name
+      type(input_t), intent(inout) :: input
+      type(error_t), allocatable, intent(inout) :: error
+
+      input%file = file_name
+      input%text = text
+      call check_groups(namelist, group_names, error)
+      call check_counts(namelist, error)
+      if (.not. allocated(error)) call translate_job(namelist, input, error)
+      if (.not. allocated(error)) call translate_mesh(namelist, input, error)
+      if (.not. allocated(error)) call translate_sections(namelist, input, error)
+      if (.not. allocated(error)) call translate_supports(namelist, input, error)
+      if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
+      if (.not. allocated(error)) call translate_output(namelist, input, error)
+   end subroutine translate
+
+   !> Some groups are needed, some must not be repeated.
+   subroutine check_counts(namelist, error)
+      type(namelist_t), intent(in) :: namelist
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=8), parameter :: needed(4) = [character(len=8) :: 'mesh', 'material', 'section', 'step']
+      character(len=8), parameter :: single(3) = [character(len=8) :: 'job', 'mesh', 'output']
+      integer :: i, k, first
+
+      if (allocated(error)) return
+      do k = 1, size(needed)
+         if (count_groups(namelist, trim(needed(k))) > 0) cycle
+         call raise(error, status_input_error, namelist%file//': the group &'//trim(needed(k))//' is missing')
+         return
+      end do
+      do k = 1, size(single)
+         first = 0
+         do i = 1, size(namelist%groups)
+            if (namelist%groups(i)%name /= single(k)) cycle
+            if (first > 0) then
+               call complain_about(namelist%groups(i), '', 'there can be only one such group, and there is one in line ' &
+                  //text_of(namelist%groups(first)%line), error)
+               return
+            end if
+            first = i
+         end do
+      end do
+   end subroutine check_counts
+
+   subroutine translate_job(namelist, input, error)
+      type(namelist_t), intent(inout) :: namelist
+      type(input_t), intent(inout) :: input
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+
+      input%title = ''
+      input%name = base_name(input%file)
+      do i = 1, size(namelist%groups)
+         associate (group => namelist%groups(i))
+            if (group%name /= 'job') cycle
+            call get(group, 'title', input%title, error, default='')
+            call get(group, 'name', input%name, error, default=input%name)
+            call check_name(group, 'name', input%name, error)
+            call get(group, 'threads', input%threads, error, default=0, minimum=0)
+            call check_all_used(group, error)
+         end associate
+      end do
+   end subroutine translate_job
+
+   subroutine translate_mesh(namelist, input, error)
+      type(namelist_t), intent(inout) :: namelist
+      type(input_t), intent(inout) :: input
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+
+      do i = 1, size(namelist%groups)
+         if (namelist%groups(i)%name == 'mesh') &
+            call read_mesh(namelist%groups(i), folder_of(input%file), input%structure%mesh, error)
+      end do
+      if (allocated(error)) return
+      do i = 1, size(namelist%groups)
+         select case (namelist%groups(i)%name)
+         case ('node_set'); call read_node_set(namelist%groups(i), input%structure%mesh, error)
+         case ('element_set'); call read_element_set(namelist%groups(i), input%structure%mesh, error)
+         end select
+         if (allocated(error)) return
+      end do
+   end subroutine translate_mesh
+
+   subroutine translate_sections(namelist, input, error)
+      type(namelist_t), intent(inout) :: namelist
+      type(input_t), intent(inout) :: input
+      type(error_t), allocatable, intent(inout) :: error
+      type(named_material_t), allocatable :: materials(:)
+      integer :: i, j, n
+
+      allocate (materials(count_groups(namelist, 'material')))
+      n = 0
+      do i = 1, size(namelist%groups)
+         if (namelist%groups(i)%name /= 'material') cycle
+         n = n + 1
+         call read_material(namelist%groups(i), materials(n), error)
+         if (allocated(error)) return
+         do j = 1, n - 1
+            if (materials(j)%name /= materials(n)%name) cycle
+            call complain_about(namelist%groups(i), 'name', "there is a material '"//materials(n)%name//"' in line " &
+               //text_of(materials(j)%line)//' already', error)
+            return
+         end do
+      end do
+      n = count_groups(namelist, 'section')
+      associate (s => input%structure)
+         allocate (s%sections(n), s%density(n), s%element_section(size(s%mesh%triangles, 2)))
+         s%density = 0
+         s%element_section = 0
+         n = 0
+         do i = 1, size(namelist%groups)
+            if (namelist%groups(i)%name /= 'section') cycle
+            n = n + 1
+            call read_section(namelist%groups(i), materials, n, s, error)
+            if (allocated(error)) return
+            if (n == size(s%sections)) call check_sections(namelist%groups(i), s, error)
+         end do
+      end associate
+   end subroutine translate_sections
+
+   subroutine translate_supports(namelist, input, error)
+      type(namelist_t), intent(inout) :: namelist
+      type(input_t), intent(inout) :: input
+      type(error_t), allocatable, intent(inout) :: error
+      type(support_t), allocatable :: supports(:)
+      integer, allocatable :: last(:), where_they_are(:)
+      integer :: i
+
+      allocate (where_they_are(0))
+      do i = 1, size(namelist%groups)
+         if (namelist%groups(i)%name == 'support') where_they_are = [where_they_are, i]
+      end do
+      allocate (supports(0), last(size(where_they_are)))
+      do i = 1, size(where_they_are)
+         call read_support(namelist%groups(where_they_are(i)), input%structure%mesh, supports, error)
+         if (allocated(error)) return
+         last(i) = size(supports)
+      end do
+      call move_alloc(supports, input%structure%supports)
+      call check_supports(namelist%groups(where_they_are), last, input%structure%mesh, input%structure%supports, input%file, error)
+   end subroutine translate_supports
+
+   subroutine translate_loads_and_steps(namelist, input, error)
+      type(namelist_t), intent(inout) :: namelist
+      type(input_t), intent(inout) :: input
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i, n
+
+      allocate (input%structure%loads(0))
+      allocate (input%steps(count_groups(namelist, 'step')))
+      n = 0
+      do i = 1, size(namelist%groups)
+         select case (namelist%groups(i)%name)
+         case ('load')
+            call read_load(namelist%groups(i), input%structure, error)
+         case ('step')
+            n = n + 1
+            call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%steps(n), error)
+         end select
+         if (allocated(error)) return
+      end do
+   end subroutine translate_loads_and_steps
+
+   subroutine translate_output(namelist, input, error)
+      type(namelist_t), intent(inout) :: namelist
+      type(input_t), intent(inout) :: input
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i, j, n
+
+      allocate (input%monitors(count_groups(namelist, 'monitor')))
+      n = 0
+      do i = 1, size(namelist%groups)
+         if (namelist%groups(i)%name /= 'monitor') cycle
+         n = n + 1
+         call read_monitor(namelist%groups(i), input%structure%mesh, input%monitors(n), error)
+         if (allocated(error)) return
+         do j = 1, n - 1
+            if (input%monitors(j)%name /= input%monitors(n)%name) cycle
+            call complain_about(namelist%groups(i), 'name', "there is a monitor '"//input%monitors(n)%name//"' already", error)
+            return
+         end do
+      end do
+      do i = 1, size(namelist%groups)
+         if (namelist%groups(i)%name == 'output') call read_output(namelist%groups(i), input%output, error)
+      end do
+   end subroutine translate_output
+
+   !> 'folder/' of 'folder/file', '' of 'file'.
+   pure function folder_of(file) result(folder)
+      character(len=*), intent(in) :: file
+      character(len=:), allocatable :: folder
+      folder = file(:index(file, '/', back=.true.))
+   end function folder_of
+
+   !> 'file' of 'folder/file.nml', with characters that a name cannot have replaced by _.
+   pure function base_name(file) result(name)
+      character(len=*), intent(in) :: file
+      character(len=:), allocatable :: name
+      character(len=*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-'
+      integer :: i
+      name = file(index(file, '/', back=.true.) + 1:)
+      i = index(name, '.', back=.true.)
+      if (i > 1) name = name(:i - 1)
+      do i = 1, len(name)
+         if (index(allowed, name(i:i)) == 0) name(i:i) = '_'
+      end do
+      if (verify(name, '.') == 0) name = 'job'
+   end function base_name
+end module finshell_input

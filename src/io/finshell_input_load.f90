@@ -1,0 +1,93 @@
+!> The group &load of an input file.
+module finshell_input_load
+   use finshell_error, only: error_t, text_of
+   use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure
+   use finshell_load, only: pressure_automatic, pressure_symmetric, pressure_unsymmetric
+   use finshell_mesh, only: find_element_set
+   use finshell_structure, only: structure_t
+   use finshell_namelist, only: group_t, get, check_all_used, complain_about
+   use finshell_input_common, only: get_set, get_vector, kind_node, kind_edge, kind_element
+   implicit none
+   private
+   public :: read_load
+
+   character(len=*), parameter :: kinds = 'force, moment, line, traction, pressure, gravity'
+
+contains
+
+   !> &load: append one load. The sections of the structure must be there (density for gravity).
+   subroutine read_load(group, structure, error)
+      type(group_t), intent(inout) :: group
+      type(structure_t), intent(inout) :: structure
+      type(error_t), allocatable, intent(inout) :: error
+      type(load_t) :: load
+      type(load_t), allocatable :: grown(:)
+      character(len=:), allocatable :: kind_name, stiffness
+      integer :: i
+
+      if (allocated(error)) return
+      call get(group, 'type', kind_name, error, choices=kinds)
+      call get(group, 'constant', load%constant, error, default=.false.)
+      if (allocated(error)) return
+      select case (kind_name)
+      case ('force', 'moment')
+         load%kind = load_nodal
+         call get_set(group, kind_node, structure%mesh, load%set, error)
+         if (kind_name == 'force') call get_vector(group, 'vector', load%vector, error)
+         if (kind_name == 'moment') call get_vector(group, 'vector', load%moment, error)
+         call get(group, 'total', load%total, error, default=.false.)
+      case ('line')
+         load%kind = load_edge
+         call get_set(group, kind_edge, structure%mesh, load%set, error)
+         call get_vector(group, 'vector', load%vector, error)
+      case ('traction')
+         load%kind = load_traction
+         call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
+         call get_vector(group, 'vector', load%vector, error)
+      case ('pressure')
+         load%kind = load_pressure
+         call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
+         call get(group, 'pressure', load%pressure, error)
+         call get(group, 'stiffness', stiffness, error, default='auto', choices='auto, symmetric, unsymmetric')
+         if (allocated(error)) return
+         select case (stiffness)
+         case ('symmetric'); load%stiffness = pressure_symmetric
+         case ('unsymmetric'); load%stiffness = pressure_unsymmetric
+         case default; load%stiffness = pressure_automatic
+         end select
+      case ('gravity')
+         load%kind = load_gravity
+         call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
+         call get_vector(group, 'vector', load%vector, error)
+         call check_density(group, structure, load, error)
+      end select
+      call check_all_used(group, error)
+      if (allocated(error)) return
+      allocate (grown(size(structure%loads) + 1))
+      do i = 1, size(structure%loads)
+         grown(i) = structure%loads(i)
+      end do
+      grown(size(grown)) = load
+      call move_alloc(grown, structure%loads)
+   end subroutine read_load
+
+   !> Gravity needs mass.
+   subroutine check_density(group, structure, load, error)
+      type(group_t), intent(in) :: group
+      type(structure_t), intent(in) :: structure
+      type(load_t), intent(in) :: load
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: e, section
+
+      if (allocated(error)) return
+      associate (elements => structure%mesh%element_sets(find_element_set(structure%mesh, load%set))%members)
+         do e = 1, size(elements)
+            section = structure%element_section(elements(e))
+            if (structure%density(section) > 0) cycle
+            call complain_about(group, '', 'gravity acts on element '//text_of(elements(e))//', whose material has no density', &
+               error)
+            return
+         end do
+      end associate
+   end subroutine check_density
+end module finshell_input_load

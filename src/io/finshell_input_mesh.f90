@@ -1,0 +1,305 @@
+!> The groups &mesh, &node_set and &element_set of an input file.
+module finshell_input_mesh
+   use finshell_kinds, only: wp, dp
+   use finshell_error, only: error_t, text_of
+   use finshell_mesh, only: mesh_t, add_node_set, add_element_set, find_node_set, find_element_set, mesh_size, check_mesh
+   use finshell_mesh_grid, only: diagonal_names
+   use finshell_mesh_disk, only: disk_mesh
+   use finshell_mesh_rectangle, only: rectangle_mesh, quadrilateral_mesh
+   use finshell_mesh_cylinder, only: cylinder_mesh
+   use finshell_mesh_sphere, only: sphere_mesh
+   use finshell_mesh_annulus, only: annulus_mesh
+   use finshell_mesh_strip, only: strip_mesh
+   use finshell_gmsh, only: read_gmsh
+   use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
+   use finshell_input_common, only: get_sets, get_vector, place_error, kind_node, kind_element
+   implicit none
+   private
+   public :: read_mesh, read_node_set, read_element_set
+
+   character(len=*), parameter :: generators = 'disk, rectangle, quadrilateral, cylinder, sphere, annulus, strip'
+
+contains
+
+   !> &mesh: a generator with its parameters, or a file. The mesh is checked.
+   subroutine read_mesh(group, folder, mesh, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: folder !< where relative file names begin: '' or with / at the end
+      type(mesh_t), intent(out) :: mesh
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: generator, file
+      real(wp) :: scale
+      logical :: flip
+
+      if (allocated(error)) return
+      if (has(group, 'file') .eqv. has(group, 'generator')) then
+         call complain_about(group, '', 'either file or generator is expected; generators: '//generators, error)
+         return
+      end if
+      call get(group, 'scale', scale, error, default=1.0_wp, above=0.0_wp)
+      call get(group, 'flip', flip, error, default=.false.)
+      if (has(group, 'file')) then
+         call get(group, 'file', file, error)
+         call read_file(group, folder, file, mesh, error)
+      else
+         call get(group, 'generator', generator, error, choices=generators)
+         if (.not. allocated(error)) call generate(group, generator, mesh, error)
+      end if
+      if (allocated(error)) return
+      mesh%coordinates = scale*mesh%coordinates
+      if (flip) mesh%triangles = mesh%triangles([1, 3, 2], :)
+      call check_mesh(mesh, error)
+      call place_error(group, '', error)
+   end subroutine read_mesh
+
+   subroutine read_file(group, folder, file, mesh, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: folder, file
+      type(mesh_t), intent(out) :: mesh
+      type(error_t), allocatable, intent(inout) :: error
+      logical :: coincident
+
+      call get(group, 'coincident_nodes', coincident, error, default=.false.)
+      call check_all_used(group, error)
+      if (allocated(error)) return
+      if (file == '') then
+         call complain_about(group, 'file', 'the file name is empty', error)
+      else if (file(1:1) == '/') then
+         call read_gmsh(file, mesh, error)
+      else
+         call read_gmsh(folder//file, mesh, error)
+      end if
+      call place_error(group, 'file', error)
+      mesh%coincident_nodes_allowed = coincident
+   end subroutine read_file
+
+   subroutine generate(group, generator, mesh, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: generator
+      type(mesh_t), intent(out) :: mesh
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: diagonal
+      type(error_t), allocatable :: refusal
+
+      if (generator /= 'disk') call get(group, 'diagonal', diagonal, error, default='alternating', choices=diagonal_names)
+      select case (generator)
+      case ('disk'); call generate_disk()
+      case ('rectangle', 'quadrilateral'); call generate_quadrilateral()
+      case ('cylinder'); call generate_cylinder()
+      case ('sphere'); call generate_sphere()
+      case ('annulus'); call generate_annulus()
+      case ('strip'); call generate_strip()
+      end select
+      if (.not. allocated(refusal)) return
+      call place_error(group, '', refusal)
+      call move_alloc(refusal, error)
+
+   contains
+
+      subroutine generate_disk()
+         character(len=:), allocatable :: portion
+         real(wp) :: radius, grading
+         integer :: rings, sectors
+         call get(group, 'radius', radius, error, above=0.0_wp)
+         call get(group, 'rings', rings, error, minimum=1)
+         call get(group, 'portion', portion, error, default='quarter', choices='full, half, quarter, eighth')
+         call get(group, 'sectors', sectors, error, default=8, minimum=3)
+         call get(group, 'grading', grading, error, default=1.0_wp, above=0.0_wp)
+         call check_all_used(group, error)
+         if (.not. allocated(error)) call disk_mesh(mesh, radius, rings, refusal, portion, sectors, grading)
+      end subroutine generate_disk
+
+      subroutine generate_quadrilateral()
+         real(wp), allocatable :: lengths(:), corners(:)
+         integer, allocatable :: divisions(:)
+         real(wp) :: distortion
+         if (generator == 'rectangle') call get(group, 'lengths', lengths, error, required=.true., number=2, above=0.0_wp)
+         if (generator == 'quadrilateral') call get(group, 'corners', corners, error, required=.true., number=12)
+         call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
+         call get(group, 'distortion', distortion, error, default=0.0_wp, minimum=0.0_wp)
+         call check_all_used(group, error)
+         if (allocated(error)) return
+         if (generator == 'rectangle') then
+            call rectangle_mesh(mesh, lengths, divisions, refusal, diagonal, distortion)
+         else
+            call quadrilateral_mesh(mesh, reshape(corners, [3, 4]), divisions, refusal, diagonal, distortion)
+         end if
+      end subroutine generate_quadrilateral
+
+      subroutine generate_cylinder()
+         real(wp) :: radius, length
+         real(wp), allocatable :: angles(:)
+         integer, allocatable :: divisions(:)
+         call get(group, 'radius', radius, error, above=0.0_wp)
+         call get(group, 'length', length, error, above=0.0_wp)
+         call get(group, 'angles', angles, error, required=.true., number=2)
+         call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
+         call check_all_used(group, error)
+         if (.not. allocated(error)) call cylinder_mesh(mesh, radius, length, angles, divisions, refusal, diagonal)
+      end subroutine generate_cylinder
+
+      subroutine generate_sphere()
+         real(wp) :: radius
+         real(wp), allocatable :: colatitudes(:), azimuths(:)
+         integer, allocatable :: divisions(:)
+         call get(group, 'radius', radius, error, above=0.0_wp)
+         call get(group, 'colatitudes', colatitudes, error, required=.true., number=2, minimum=0.0_wp, maximum=180.0_wp)
+         call get(group, 'azimuths', azimuths, error, required=.true., number=2)
+         call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
+         call check_all_used(group, error)
+         if (.not. allocated(error)) call sphere_mesh(mesh, radius, colatitudes, azimuths, divisions, refusal, diagonal)
+      end subroutine generate_sphere
+
+      subroutine generate_annulus()
+         real(wp), allocatable :: radii(:), angles(:)
+         integer, allocatable :: divisions(:)
+         logical :: slit
+         call get(group, 'radii', radii, error, required=.true., number=2, above=0.0_wp)
+         call get(group, 'angles', angles, error, required=.true., number=2)
+         call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
+         call get(group, 'slit', slit, error, default=.true.)
+         call check_all_used(group, error)
+         if (.not. allocated(error)) call annulus_mesh(mesh, radii, angles, divisions, refusal, diagonal, slit)
+      end subroutine generate_annulus
+
+      subroutine generate_strip()
+         real(wp) :: length, width, twist
+         integer, allocatable :: divisions(:)
+         call get(group, 'length', length, error, above=0.0_wp)
+         call get(group, 'width', width, error, above=0.0_wp)
+         call get(group, 'twist', twist, error, default=0.0_wp)
+         call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
+         call check_all_used(group, error)
+         if (.not. allocated(error)) call strip_mesh(mesh, length, width, twist, divisions, refusal, diagonal)
+      end subroutine generate_strip
+   end subroutine generate
+
+   !> &node_set: nodes by place, by number, of other sets or of element sets, joined.
+   subroutine read_node_set(group, mesh, error)
+      type(group_t), intent(inout) :: group
+      type(mesh_t), intent(inout) :: mesh
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: name, sets(:)
+      integer, allocatable :: numbers(:)
+      logical, allocatable :: chosen(:)
+      real(wp) :: tolerance, point(3)
+      integer :: i, e, nearest
+      logical :: by_place
+
+      if (allocated(error)) return
+      allocate (chosen(size(mesh%coordinates, 2)), source=.false.)
+      call get(group, 'name', name, error)
+      call get(group, 'tolerance', tolerance, error, default=1.0e-6_wp*mesh_size(mesh), minimum=0.0_wp)
+      call choose_by_place(group, mesh%coordinates, tolerance, chosen, by_place, error)
+      call get_vector(group, 'point', point, error, default=[0.0_wp, 0.0_wp, 0.0_wp])
+      if (has(group, 'point') .and. .not. allocated(error)) then
+         nearest = minloc(norm2(mesh%coordinates - spread(point, 2, size(chosen)), dim=1), dim=1)
+         associate (x => mesh%coordinates(:, nearest))
+            if (norm2(x - point) > tolerance) then
+               call complain_about(group, 'point', 'no node lies within '//text_of(real(tolerance, dp)) &
+                  //' (tolerance); the nearest is node '//text_of(nearest)//' at '//text_of(real(x(1), dp))//', ' &
+                  //text_of(real(x(2), dp))//', '//text_of(real(x(3), dp)), error)
+            end if
+         end associate
+         chosen(nearest) = .true.
+      end if
+      call get(group, 'nodes', numbers, error, minimum=1, maximum=size(chosen))
+      if (.not. allocated(error)) chosen(numbers) = .true.
+      call get_sets(group, kind_node, mesh, sets, error, required=.false.)
+      do i = 1, size(sets)
+         if (.not. allocated(error)) chosen(mesh%node_sets(find_node_set(mesh, trim(sets(i))))%members) = .true.
+      end do
+      call get_sets(group, kind_element, mesh, sets, error, required=.false.)
+      do i = 1, size(sets)
+         if (allocated(error)) return
+         associate (elements => mesh%element_sets(find_element_set(mesh, trim(sets(i))))%members)
+            do e = 1, size(elements)
+               chosen(mesh%triangles(:, elements(e))) = .true.
+            end do
+         end associate
+      end do
+      call check_new_set(group, name, find_node_set(mesh, name), chosen, error)
+      if (allocated(error)) return
+      call add_node_set(mesh, name, pack([(i, i=1, size(chosen))], chosen))
+   end subroutine read_node_set
+
+   !> &element_set: elements by the place of their centroid, by number or of other sets, joined.
+   subroutine read_element_set(group, mesh, error)
+      type(group_t), intent(inout) :: group
+      type(mesh_t), intent(inout) :: mesh
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: name, sets(:)
+      integer, allocatable :: numbers(:)
+      logical, allocatable :: chosen(:)
+      real(wp), allocatable :: centroids(:, :)
+      real(wp) :: tolerance
+      integer :: i
+      logical :: by_place
+
+      if (allocated(error)) return
+      allocate (chosen(size(mesh%triangles, 2)), source=.false.)
+      allocate (centroids(3, size(chosen)))
+      do i = 1, size(chosen)
+         centroids(:, i) = sum(mesh%coordinates(:, mesh%triangles(:, i)), dim=2)/3
+      end do
+      call get(group, 'name', name, error)
+      call get(group, 'tolerance', tolerance, error, default=1.0e-6_wp*mesh_size(mesh), minimum=0.0_wp)
+      call choose_by_place(group, centroids, tolerance, chosen, by_place, error)
+      call get(group, 'elements', numbers, error, minimum=1, maximum=size(chosen))
+      if (.not. allocated(error)) chosen(numbers) = .true.
+      call get_sets(group, kind_element, mesh, sets, error, required=.false.)
+      do i = 1, size(sets)
+         if (.not. allocated(error)) chosen(mesh%element_sets(find_element_set(mesh, trim(sets(i))))%members) = .true.
+      end do
+      call check_new_set(group, name, find_element_set(mesh, name), chosen, error)
+      if (allocated(error)) return
+      call add_element_set(mesh, name, pack([(i, i=1, size(chosen))], chosen))
+   end subroutine read_element_set
+
+   !> Keys x, y, z: one value (a plane) or two (a range); all that are given must hold.
+   subroutine choose_by_place(group, positions, tolerance, chosen, by_place, error)
+      type(group_t), intent(inout) :: group
+      real(wp), intent(in) :: positions(:, :)
+      real(wp), intent(in) :: tolerance
+      logical, intent(inout) :: chosen(:)
+      logical, intent(out) :: by_place !< one of the keys is given
+      type(error_t), allocatable, intent(inout) :: error
+      character, parameter :: axes(3) = ['x', 'y', 'z']
+      real(wp), allocatable :: range(:)
+      logical :: inside(size(chosen))
+      integer :: k
+
+      inside = .true.
+      by_place = .false.
+      do k = 1, 3
+         call get(group, axes(k), range, error)
+         if (allocated(error)) return
+         if (size(range) == 0) cycle
+         by_place = .true.
+         if (size(range) > 2) then
+            call complain_about(group, axes(k), 'one value or a range of two is expected', error)
+            return
+         end if
+         inside = inside .and. positions(k, :) >= range(1) - tolerance .and. positions(k, :) <= range(size(range)) + tolerance
+      end do
+      if (by_place) chosen = chosen .or. inside
+   end subroutine choose_by_place
+
+   subroutine check_new_set(group, name, existing, chosen, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: existing !< position of a set of that name, or 0
+      logical, intent(in) :: chosen(:)
+      type(error_t), allocatable, intent(inout) :: error
+
+      call check_all_used(group, error)
+      if (allocated(error)) return
+      if (name == '') then
+         call complain_about(group, 'name', 'the name is empty', error)
+      else if (existing > 0) then
+         call complain_about(group, 'name', "there is already a set named '"//name//"'", error)
+      else if (.not. any(chosen)) then
+         call complain_about(group, '', "the set '"//name//"' is empty", error)
+      end if
+   end subroutine check_new_set
+end module finshell_input_mesh

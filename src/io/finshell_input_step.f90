@@ -1,0 +1,103 @@
+!> The group &step of an input file.
+module finshell_input_step
+   use finshell_kinds, only: wp
+   use finshell_error, only: error_t
+   use finshell_mesh, only: mesh_t
+   use finshell_step, only: step_t, convergence_t, convergence_preset, control_load, control_displacement, control_arc_length
+   use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
+   use finshell_input_common, only: get_set, get_component, kind_node
+   implicit none
+   private
+   public :: read_step
+
+contains
+
+   !> &step: how the path is followed. The defaults are those of finshell_step.
+   subroutine read_step(group, mesh, default_name, step, error)
+      type(group_t), intent(inout) :: group
+      type(mesh_t), intent(in) :: mesh
+      character(len=*), intent(in) :: default_name
+      type(step_t), intent(out) :: step
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: control
+
+      if (allocated(error)) return
+      call get(group, 'name', step%name, error, default=default_name)
+      call get(group, 'control', control, error, default='load', choices='load, displacement, arc_length')
+      if (allocated(error)) return
+      select case (control)
+      case ('displacement'); step%control = control_displacement
+      case ('arc_length'); step%control = control_arc_length
+      case default; step%control = control_load
+      end select
+      call read_targets(group, mesh, step, error)
+      call read_increments(group, step, error)
+      call read_convergence(group, step%convergence, error)
+      call check_all_used(group, error)
+   end subroutine read_step
+
+   !> Where the step ends and what it must land on.
+   subroutine read_targets(group, mesh, step, error)
+      type(group_t), intent(inout) :: group
+      type(mesh_t), intent(in) :: mesh
+      type(step_t), intent(inout) :: step
+      type(error_t), allocatable, intent(inout) :: error
+      logical :: needs_displacement
+
+      call get(group, 'load_factor', step%final_load_factor, error, default=1.0_wp)
+      step%ends_at_load_factor = has(group, 'load_factor') .or. step%control == control_load &
+         .or. (step%control == control_arc_length .and. .not. has(group, 'displacements'))
+      call get(group, 'load_levels', step%load_levels, error)
+      needs_displacement = step%control == control_displacement .or. has(group, 'node_set') .or. has(group, 'component') &
+         .or. has(group, 'displacements')
+      call get(group, 'displacements', step%displacements, error, required=needs_displacement)
+      call get_component(group, 'x, y, z', step%component, error, required=needs_displacement)
+      if (needs_displacement) call get_set(group, kind_node, mesh, step%node_set, error)
+   end subroutine read_targets
+
+   subroutine read_increments(group, step, error)
+      type(group_t), intent(inout) :: group
+      type(step_t), intent(inout) :: step
+      type(error_t), allocatable, intent(inout) :: error
+
+      call get(group, 'first_increment', step%first_increment, error, default=step%first_increment, minimum=0.0_wp)
+      call get(group, 'largest_increment', step%largest_increment, error, default=step%largest_increment, minimum=0.0_wp)
+      call get(group, 'smallest_increment', step%smallest_increment, error, default=step%smallest_increment, minimum=0.0_wp)
+      call get(group, 'maximum_increments', step%maximum_increments, error, default=step%maximum_increments, minimum=1)
+      call get(group, 'maximum_cuts', step%maximum_cuts, error, default=step%maximum_cuts, minimum=0)
+      call get(group, 'automatic', step%automatic, error, default=step%automatic)
+      call get(group, 'growth', step%growth, error, default=step%growth, minimum=1.0_wp)
+      call get(group, 'wanted_iterations', step%wanted_iterations, error, default=step%wanted_iterations, minimum=1)
+      call get(group, 'extrapolate', step%extrapolate, error, default=step%extrapolate)
+      call get(group, 'load_scale', step%load_scale, error, default=step%load_scale, minimum=0.0_wp)
+      if (allocated(error)) return
+      if (step%largest_increment > 0 .and. step%first_increment > step%largest_increment) then
+         call complain_about(group, 'first_increment', 'it is larger than largest_increment', error)
+      else if (step%largest_increment > 0 .and. step%smallest_increment > step%largest_increment) then
+         call complain_about(group, 'smallest_increment', 'it is larger than largest_increment', error)
+      end if
+   end subroutine read_increments
+
+   !> A preset, and what deviates from it.
+   subroutine read_convergence(group, convergence, error)
+      type(group_t), intent(inout) :: group
+      type(convergence_t), intent(inout) :: convergence
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: preset
+      type(error_t), allocatable :: refusal
+
+      call get(group, 'tolerance', preset, error, default='paper', choices='paper, tight')
+      if (allocated(error)) return
+      call convergence_preset(preset, convergence, refusal)
+      if (allocated(refusal)) then
+         call complain_about(group, 'tolerance', refusal%message, error)
+         return
+      end if
+      associate (c => convergence)
+         call get(group, 'residual_tolerance', c%residual, error, default=c%residual, above=0.0_wp)
+         call get(group, 'correction_tolerance', c%correction, error, default=c%correction, above=0.0_wp)
+         call get(group, 'maximum_iterations', c%maximum_iterations, error, default=c%maximum_iterations, minimum=1)
+         call get(group, 'rotation_limit', c%rotation_limit, error, default=c%rotation_limit)
+      end associate
+   end subroutine read_convergence
+end module finshell_input_step
