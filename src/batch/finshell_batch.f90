@@ -42,6 +42,9 @@ contains
 
       if (bad_shape(rotation, convention, n)) then
          status = status_invalid_argument
+         if (present(energy)) energy = 0
+         if (present(force)) force = 0
+         if (present(tangent)) tangent = 0
          return
       end if
       level = level_energy
@@ -87,6 +90,10 @@ contains
 
       if (bad_shape(rotation, convention, n)) then
          status = status_invalid_argument
+         if (present(stretch)) stretch = 0
+         if (present(membrane_force)) membrane_force = 0
+         if (present(moment)) moment = 0
+         if (present(stress)) stress = 0
          return
       end if
       do first = 0, n - 1, lanes

@@ -68,8 +68,9 @@ contains
          call paper_strain(level, ref, filter, tau, bend, higher, membrane, dm)
       end if
 
-      ! resultants at the three points
-      call midsurface_thickness(section, level, filter%strain, axes, l, dl, ddl, status)
+      ! resultants at the three points; a material limit is news only where the geometry is sound
+      point_status = 0
+      call midsurface_thickness(section, level, filter%strain, axes, l, dl, ddl, point_status(1:lanes))
       do g = 1, 3
          k = lanes*(g - 1)
          point_axes(k + 1:k + lanes, :) = axes
@@ -78,7 +79,6 @@ contains
             core%curvature(k + 1:k + lanes, v) = -l*bend%curvature(:, v, g)
          end do
       end do
-      point_status = 0
       call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status)
       where (status == 0) status = max(point_status(1:lanes), point_status(lanes + 1:2*lanes), &
                                        point_status(2*lanes + 1:3*lanes))

@@ -102,6 +102,7 @@ contains
       type(filter_t) :: filter
       type(core_t) :: core
       real(wp) :: axes(lanes, 2), back(lanes, 2), membrane(lanes, 3), curvature(lanes, 3)
+      integer(i4) :: found(lanes)
       integer :: i
 
       call deform(nodes, displacement, rotation, convention, ref, filter, status)
@@ -114,9 +115,11 @@ contains
          membrane(:, i) = mean(core%membrane(:, i))
          curvature(:, i) = mean(core%curvature(:, i))
       end do
+      found = 0
       do i = 1, 3
-         call cauchy_stress(section, 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, stress(:, :, i), status)
+         call cauchy_stress(section, 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, stress(:, :, i), found)
       end do
+      where (status == 0) status = found
       ! from the element frame into the material direction
       back(:, 1) = axes(:, 1)
       back(:, 2) = -axes(:, 2)

@@ -15,6 +15,7 @@ module finshell_filter
 
    !> Largest filtered rotation (half-angle cosine 0.05: 174 degrees): the logarithm jumps at 180.
    real(wp), parameter :: smallest_half_cosine = 0.05_wp
+   real(wp), parameter :: few = 64*epsilon(1.0_wp)
 
    type :: filter_t
       real(wp) :: strain(lanes, 3) !< midsurface Green-Lagrange strain (C - I)/2, Voigt
@@ -66,9 +67,9 @@ contains
       n(:, 2) = h1(:, 3)*h2(:, 1) - (1 + h1(:, 1))*h2(:, 3)
       n(:, 3) = (1 + h1(:, 1))*(1 + h2(:, 2)) - h1(:, 2)*h2(:, 1)
       filter%jacobian = sqrt(n(:, 1)**2 + n(:, 2)**2 + n(:, 3)**2)
-      ! .not. > catches NaN as well; a J below rounding of the side lengths has no normal
-      where (.not. filter%jacobian > 64*epsilon(1.0_wp)*(filter%c(:, 1) + filter%c(:, 2)) &
-             .or. filter%jacobian > huge(1.0_wp)*epsilon(1.0_wp)) status = status_collapsed_element
+      ! .not. > catches NaN as well; a J below rounding of the side lengths, reference or current, has no normal
+      where (status == 0 .and. (.not. filter%jacobian > few*max(filter%c(:, 1) + filter%c(:, 2), few) &
+                                .or. filter%jacobian > huge(1.0_wp)*epsilon(1.0_wp))) status = status_collapsed_element
       inverse = 1/filter%jacobian
       do i = 1, 3
          n(:, i) = n(:, i)*inverse
@@ -119,9 +120,7 @@ contains
          do i = 1, 4
             q(:, i) = q(:, i)*a
          end do
-         where (.not. q(:, 1) > smallest_half_cosine .and. status >= 0 .and. status /= status_collapsed_element)
-            status = status_large_rotation
-         end where
+         where (status == 0 .and. .not. q(:, 1) > smallest_half_cosine) status = status_large_rotation
          s2 = q(:, 2)**2 + q(:, 3)**2 + q(:, 4)**2
          call log_coefficients(lanes, s2, q(:, 1), coefficient)
          do i = 1, 3

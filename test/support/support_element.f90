@@ -3,8 +3,8 @@ module support_element
    use, intrinsic :: iso_fortran_env, only: int64, real64
    use finshell_batch, only: evaluate_elements, rotation_quaternion, rotation_vector
    use finshell_error, only: error_t
-   use finshell_kinds, only: wp, i4
-   use finshell_material, only: material_t
+   use finshell_kinds, only: wp, i4, lanes
+   use finshell_material, only: level_tangent, material_t
    use finshell_quaternion, only: quaternion_product, rotation_vector_to_quaternion
    use finshell_registry, only: material_parameters, new_material, parameter_t
    use finshell_rotation, only: exp_rotation
@@ -59,17 +59,29 @@ contains
       if (allocated(error)) error stop 'support_element: section refused'
    end subroutine section_of
 
-   !> Whether the small-strain tangent of the section's law is positive definite.
+   !> Whether the law of the section is stress-free at the reference with a tangent that is positive definite and continuous there
+   !> (fibres that act in tension only have none).
    function has_regular_reference(section) result(regular)
       type(section_t), intent(in) :: section
       logical :: regular
-      real(wp) :: d(6), a(3, 3), l(3)
-      d = section%layers(1)%law%reference_tangent()
-      a(:, 1) = [d(1), d(4), d(5)]
-      a(:, 2) = [d(4), d(2), d(6)]
-      a(:, 3) = [d(5), d(6), d(3)]
+      real(wp), parameter :: small = 1.0e-9_wp
+      real(wp) :: e(lanes, 3), w(lanes), s(lanes, 3), d(lanes, 6), a(3, 3), l(3)
+      integer(i4) :: status(lanes)
+      integer :: i
+      e = 0
+      do i = 1, 3
+         e(2*i, i) = small
+         e(2*i + 1, i) = -small
+      end do
+      status = 0
+      call section%layers(1)%law%plane_stress(lanes, level_tangent, e, w, s, d, status)
+      regular = all(status == 0) .and. .not. abs(w(1)) > 0 .and. .not. maxval(abs(s(1, :))) > 0
+      if (.not. regular) return
+      a(:, 1) = [d(1, 1), d(1, 4), d(1, 5)]
+      a(:, 2) = [d(1, 4), d(1, 2), d(1, 6)]
+      a(:, 3) = [d(1, 5), d(1, 6), d(1, 3)]
       l = eigenvalues(a)
-      regular = minval(l) > 1.0e-6_wp*maxval(l)
+      regular = minval(l) > 1.0e-6_wp*maxval(l) .and. maxval(abs(d - spread(d(1, :), 1, lanes))) < 1.0e-5_wp*maxval(abs(d))
    end function has_regular_reference
 
    !> A triangle in space, sides of about 1, not too flat.
