@@ -7,12 +7,11 @@ module finshell_element
    use finshell_core, only: core_t, evaluate_core
    use finshell_filter, only: filter_t, new_filter
    use finshell_lift, only: lift
-   use finshell_material, only: level_force, level_tangent
+   use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_reference, only: reference_t, new_reference
-   use finshell_quaternion, only: rotation_vector_to_quaternion
-   use finshell_rotation, only: tangent_operator, tangent_transpose_derivative
    use finshell_section, only: section_t, cauchy_stress
    use finshell_status, only: status_invalid_argument
+   use finshell_vector_rotation, only: vector_rotation_t, new_vector_rotation, turned_frame, add_vector_curvature
    use finshell_voigt, only: rotate_stress
    implicit none
    private
@@ -40,10 +39,16 @@ contains
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
+      type(vector_rotation_t) :: vectors
       real(wp) :: node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
-      integer :: i, l
+      integer :: i
 
-      call deform(nodes, displacement, rotation, convention, ref, filter, status)
+      if (convention == rotation_vector) then
+         call new_vector_rotation(level, rotation(:, 1:3, :), vectors)
+         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
+      else
+         call deform(nodes, displacement, rotation, ref, filter, status)
+      end if
       axes(:, 1) = 1
       axes(:, 2) = 0
       if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
@@ -51,39 +56,16 @@ contains
       energy = core%energy
       if (level < level_force) return
 
-      if (convention == rotation_vector) then
-         do i = 1, 3
-            do l = 1, lanes
-               node_frame(l, :, :, i) = matmul(transpose(tangent_operator(rotation(l, 1:3, i))), filter%rotation(l, :, :))
-            end do
-         end do
-      else
-         do i = 1, 3
-            node_frame(:, :, :, i) = filter%rotation
-         end do
-      end if
-      call lift(level, ref, filter, core, node_frame, force, moment, tangent)
-      if (level == level_tangent .and. convention == rotation_vector) call add_vector_curvature(rotation, moment, tangent)
-   end subroutine evaluate_block
-
-   !> Second derivative of the spin with respect to total rotation vectors: symmetric part of d(T' m)/dtheta.
-   pure subroutine add_vector_curvature(rotation, moment, tangent)
-      real(wp), intent(in) :: rotation(lanes, 4, 3), moment(lanes, 3, 3)
-      real(wp), intent(inout) :: tangent(lanes, 18, 18)
-      real(wp) :: d(3, 3)
-      integer :: c, i, l, o, r
       do i = 1, 3
-         o = 6*i - 3
-         do l = 1, lanes
-            d = tangent_transpose_derivative(rotation(l, 1:3, i), moment(l, :, i))
-            do c = 1, 3
-               do r = 1, c
-                  tangent(l, o + r, o + c) = tangent(l, o + r, o + c) + 0.5_wp*(d(r, c) + d(c, r))
-               end do
-            end do
-         end do
+         if (convention == rotation_vector) then
+            call turned_frame(vectors, i, filter%rotation, node_frame(:, :, :, i))
+         else
+            node_frame(:, :, :, i) = filter%rotation
+         end if
       end do
-   end subroutine add_vector_curvature
+      call lift(level, ref, filter, core, node_frame, force, moment, tangent)
+      if (level == level_tangent .and. convention == rotation_vector) call add_vector_curvature(vectors, moment, tangent)
+   end subroutine evaluate_block
 
    !> Resultants, thickness stretch and stresses of a block of elements.
    !>
@@ -101,11 +83,17 @@ contains
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
+      type(vector_rotation_t) :: vectors
       real(wp) :: axes(lanes, 2), back(lanes, 2), membrane(lanes, 3), curvature(lanes, 3)
       integer(i4) :: found(lanes)
       integer :: i
 
-      call deform(nodes, displacement, rotation, convention, ref, filter, status)
+      if (convention == rotation_vector) then
+         call new_vector_rotation(level_energy, rotation(:, 1:3, :), vectors)
+         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
+      else
+         call deform(nodes, displacement, rotation, ref, filter, status)
+      end if
       call material_direction(ref, direction, axes, status)
       call evaluate_core(section, level_force, ref, filter, axes, core, status)
       stretch = core%stretch
@@ -138,26 +126,14 @@ contains
    end function mean
 
    !> Reference geometry and filtered motion of a block.
-   pure subroutine deform(nodes, displacement, rotation, convention, ref, filter, status)
-      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), rotation(lanes, 4, 3)
-      integer, intent(in) :: convention
+   pure subroutine deform(nodes, displacement, quaternion, ref, filter, status)
+      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), quaternion(lanes, 4, 3)
       type(reference_t), intent(out) :: ref
       type(filter_t), intent(out) :: filter
       integer(i4), intent(out) :: status(lanes)
-      real(wp) :: quaternion(lanes, 4, 3)
-      integer :: i, l
       status = 0
       call new_reference(nodes, ref, status)
-      if (convention == rotation_vector) then
-         do i = 1, 3
-            do l = 1, lanes
-               quaternion(l, :, i) = rotation_vector_to_quaternion(rotation(l, 1:3, i))
-            end do
-         end do
-         call new_filter(ref, displacement, quaternion, filter, status)
-      else
-         call new_filter(ref, displacement, rotation, filter, status)
-      end if
+      call new_filter(ref, displacement, quaternion, filter, status)
    end subroutine deform
 
    !> Cosine and sine of the material direction projected on the element.

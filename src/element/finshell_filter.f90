@@ -6,7 +6,6 @@
 module finshell_filter
    use finshell_kinds, only: wp, i4, lanes
    use finshell_reference, only: reference_t
-   use finshell_quaternion, only: matrix_to_quaternion
    use finshell_rotation_coefficients, only: log_coefficients, inverse_tangent_coefficients
    use finshell_status, only: status_collapsed_element, status_large_rotation
    implicit none
@@ -40,9 +39,11 @@ contains
       type(filter_t), intent(out) :: filter
       integer(i4), intent(inout) :: status(lanes)
       real(wp), dimension(lanes, 3) :: g, h1, h2, n, r1, r2
-      real(wp), dimension(lanes) :: a, b, inverse, s2, coefficient
-      real(wp) :: q(lanes, 4), p(lanes, 4), matrix(3, 3)
-      integer :: i, k, l
+      real(wp), dimension(lanes) :: a, b, inverse
+      real(wp) :: p(lanes, 4) !< quaternion of the frame's rotation
+      real(wp) :: q0(lanes, 3), q(lanes, 3, 3) !< filtered nodal rotations: scalar parts, vectors (component, node)
+      real(wp) :: angle2(lanes, 3), coefficient(lanes, 3)
+      integer :: i, k
 
       ! gradient of the displacement, in the reference frame: f_alpha = e_alpha + h_alpha
       do i = 1, 3
@@ -95,12 +96,7 @@ contains
          filter%rotation(:, i, 2) = ref%frame(:, i, 1)*r2(:, 1) + ref%frame(:, i, 2)*r2(:, 2) + ref%frame(:, i, 3)*r2(:, 3)
          filter%rotation(:, i, 3) = ref%frame(:, i, 1)*n(:, 1) + ref%frame(:, i, 2)*n(:, 2) + ref%frame(:, i, 3)*n(:, 3)
       end do
-      do l = 1, lanes
-         matrix(:, 1) = r1(l, :)
-         matrix(:, 2) = r2(l, :)
-         matrix(:, 3) = n(l, :)
-         p(l, :) = matrix_to_quaternion(matrix)
-      end do
+      call frame_quaternion(r1, r2, n, p)
 
       do k = 1, 3
          ! nodal quaternion in the reference frame, then conj(p) q
@@ -109,27 +105,58 @@ contains
                + ref%frame(:, 3, i)*quaternion(:, 4, k)
          end do
          a = quaternion(:, 1, k)
-         q(:, 1) = p(:, 1)*a + (p(:, 2)*h1(:, 1) + p(:, 3)*h1(:, 2) + p(:, 4)*h1(:, 3))
-         q(:, 2) = p(:, 1)*h1(:, 1) - a*p(:, 2) - (p(:, 3)*h1(:, 3) - p(:, 4)*h1(:, 2))
-         q(:, 3) = p(:, 1)*h1(:, 2) - a*p(:, 3) - (p(:, 4)*h1(:, 1) - p(:, 2)*h1(:, 3))
-         q(:, 4) = p(:, 1)*h1(:, 3) - a*p(:, 4) - (p(:, 2)*h1(:, 2) - p(:, 3)*h1(:, 1))
-         ! q and -q are the same rotation; the length of q does not matter to the coefficients
-         a = sign(1.0_wp, q(:, 1))
-         s2 = q(:, 2)**2 + q(:, 3)**2 + q(:, 4)**2
-         a = a/sqrt(q(:, 1)**2 + s2)
-         do i = 1, 4
-            q(:, i) = q(:, i)*a
-         end do
-         where (status == 0 .and. .not. q(:, 1) > smallest_half_cosine) status = status_large_rotation
-         s2 = q(:, 2)**2 + q(:, 3)**2 + q(:, 4)**2
-         call log_coefficients(lanes, s2, q(:, 1), coefficient)
+         q0(:, k) = p(:, 1)*a + (p(:, 2)*h1(:, 1) + p(:, 3)*h1(:, 2) + p(:, 4)*h1(:, 3))
+         q(:, 1, k) = p(:, 1)*h1(:, 1) - a*p(:, 2) - (p(:, 3)*h1(:, 3) - p(:, 4)*h1(:, 2))
+         q(:, 2, k) = p(:, 1)*h1(:, 2) - a*p(:, 3) - (p(:, 4)*h1(:, 1) - p(:, 2)*h1(:, 3))
+         q(:, 3, k) = p(:, 1)*h1(:, 3) - a*p(:, 4) - (p(:, 2)*h1(:, 2) - p(:, 3)*h1(:, 1))
+         ! q and -q are the same rotation
+         a = sign(1.0_wp, q0(:, k))/sqrt(q0(:, k)**2 + q(:, 1, k)**2 + q(:, 2, k)**2 + q(:, 3, k)**2)
+         q0(:, k) = q0(:, k)*a
          do i = 1, 3
-            filter%theta(:, i, k) = coefficient*q(:, i + 1)
+            q(:, i, k) = q(:, i, k)*a
          end do
-         a = filter%theta(:, 1, k)**2 + filter%theta(:, 2, k)**2 + filter%theta(:, 3, k)**2
-         call inverse_tangent_coefficients(lanes, a, filter%eta(:, k), filter%mu(:, k))
+         where (status == 0 .and. .not. q0(:, k) > smallest_half_cosine) status = status_large_rotation
+         angle2(:, k) = q(:, 1, k)**2 + q(:, 2, k)**2 + q(:, 3, k)**2
+      end do
+      ! the three nodes at once: their chains of operations overlap
+      call log_coefficients(3*lanes, angle2, q0, coefficient)
+      do k = 1, 3
+         do i = 1, 3
+            filter%theta(:, i, k) = coefficient(:, k)*q(:, i, k)
+         end do
+         angle2(:, k) = filter%theta(:, 1, k)**2 + filter%theta(:, 2, k)**2 + filter%theta(:, 3, k)**2
          filter%slope(:, 1, k) = filter%theta(:, 1, k)*filter%u(:, 3) - filter%theta(:, 2, k)*filter%u(:, 1)
          filter%slope(:, 2, k) = filter%theta(:, 1, k)*filter%u(:, 2) - filter%theta(:, 2, k)*filter%u(:, 3)
       end do
+      call inverse_tangent_coefficients(3*lanes, angle2, filter%eta, filter%mu)
    end subroutine new_filter
+
+   !> Quaternion, of any length, of the rotation with the columns r1, r2, r3.
+   !>
+   !> Each column of 4 q q' is a multiple of q, and linear in the rotation; the one with the largest diagonal is taken
+   !> (Spurrier 1978).
+   pure subroutine frame_quaternion(r1, r2, r3, q)
+      real(wp), dimension(lanes, 3), intent(in) :: r1, r2, r3
+      real(wp), intent(out) :: q(lanes, 4)
+      real(wp) :: m(lanes, 4, 4), largest(lanes)
+      integer :: i, j
+      m(:, 1, 1) = 1 + r1(:, 1) + r2(:, 2) + r3(:, 3)
+      m(:, 2, 2) = 1 + r1(:, 1) - r2(:, 2) - r3(:, 3)
+      m(:, 3, 3) = 1 - r1(:, 1) + r2(:, 2) - r3(:, 3)
+      m(:, 4, 4) = 1 - r1(:, 1) - r2(:, 2) + r3(:, 3)
+      m(:, 2, 1) = r2(:, 3) - r3(:, 2)
+      m(:, 3, 1) = r3(:, 1) - r1(:, 3)
+      m(:, 4, 1) = r1(:, 2) - r2(:, 1)
+      m(:, 3, 2) = r2(:, 1) + r1(:, 2)
+      m(:, 4, 2) = r3(:, 1) + r1(:, 3)
+      m(:, 4, 3) = r3(:, 2) + r2(:, 3)
+      q = m(:, :, 1)
+      largest = m(:, 1, 1)
+      do i = 2, 4
+         do j = 1, 4
+            q(:, j) = merge(m(:, max(i, j), min(i, j)), q(:, j), m(:, i, i) > largest)
+         end do
+         largest = max(largest, m(:, i, i))
+      end do
+   end subroutine frame_quaternion
 end module finshell_filter

@@ -121,12 +121,12 @@ contains
    pure subroutine intermediate_force(gradient, a, lf, f)
       real(wp), intent(in) :: gradient(lanes, n_core), a(lanes, 3, 3, 3), lf(lanes, n_core, 6)
       real(wp), intent(out) :: f(lanes, n_lift)
-      integer :: c, i, v
+      integer :: c, i
       do c = 1, 6
-         f(:, c) = 0
-         do v = 1, n_core
-            f(:, c) = f(:, c) + lf(:, v, c)*gradient(:, v)
-         end do
+         f(:, c) = lf(:, 1, c)*gradient(:, 1) + lf(:, 2, c)*gradient(:, 2) + lf(:, 3, c)*gradient(:, 3) &
+            + lf(:, 4, c)*gradient(:, 4) + lf(:, 5, c)*gradient(:, 5) + lf(:, 6, c)*gradient(:, 6) &
+            + lf(:, 7, c)*gradient(:, 7) + lf(:, 8, c)*gradient(:, 8) + lf(:, 9, c)*gradient(:, 9) &
+            + lf(:, 10, c)*gradient(:, 10) + lf(:, 11, c)*gradient(:, 11) + lf(:, 12, c)*gradient(:, 12)
       end do
       do i = 1, 3
          do c = 1, 3
