@@ -171,10 +171,10 @@ end module test_x
             translate_pf.translate((HEAD + test + TAIL).splitlines(), "test_y.pf")
 
     def test_lines_stay_short_and_keep_their_numbers(self):
-        assertion = "      @assertTrue(" + "1 == 1 .and. " * 8 + "1 == 1)"
+        assertion = "      @assertTrue(" + "1 == 1 .and. " * 20 + "'" + "a b " * 20 + "' /= '', message='" + "long text, " * 8 + "')"
         lines = (HEAD + "   @test\n   subroutine test_one()\n" + assertion + "\n      no_such = 1" + TAIL).splitlines()
         text = translate_pf.translate(lines, "test_x.pf")
-        self.assertLess(len(assertion), 132)
+        self.assertGreater(len(assertion), 300)
         self.assertLessEqual(max(map(len, text.splitlines())), 132)
         self.assertIn("location=SourceLocation('test_x.pf', 10)", text)
         with open(os.path.join(self.folder.name, "test_x.F90"), "w", encoding="utf-8") as file:

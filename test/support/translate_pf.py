@@ -51,6 +51,25 @@ def split_arguments(text):
     return arguments
 
 
+def fold(text, width=128):
+    """A statement on lines of at most `width` columns and an &, broken at blanks outside of quotes."""
+    lines = []
+    while len(text) > width:
+        at, quote = 0, None
+        for i, c in enumerate(text[:width]):
+            if quote:
+                quote = None if c == quote else quote
+            elif c in "'\"":
+                quote = c
+            elif c == " " and text[:i].strip():
+                at = i
+        if not at:
+            break
+        lines.append(text[:at] + " &")
+        text = "   " + text[at:].lstrip()
+    return lines + [text]
+
+
 def translate(lines, file_name):
     """The Fortran text for the lines of a .pf file."""
     base = os.path.basename(file_name)
@@ -90,7 +109,7 @@ def translate(lines, file_name):
                 if parts is None or len(parts) < least or (parts and not all(parts)):
                     fail(number, f"arguments of @{name} not understood; each assertion stands on one line")
                 comma = "," if parts else ""
-                out += [f"call {proper}({', '.join(parts)}{comma}&",
+                out += [*fold(f"call {proper}({', '.join(parts)}{comma}&"),
                         f"   location=SourceLocation('{base}', {number})); if (anyExceptions()) return",
                         f'# {number + 1} "{path}"']
             else:
