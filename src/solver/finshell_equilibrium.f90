@@ -305,8 +305,8 @@ contains
 
    subroutine solve(self, b, x, error)
       class(equilibrium_t), intent(inout) :: self
-      real(wp), intent(in) :: b(:)
-      real(wp), intent(out) :: x(:)
+      real(wp), intent(in), contiguous :: b(:)
+      real(wp), intent(out), contiguous :: x(:)
       type(error_t), allocatable, intent(out) :: error
       call self%solver%solve(b, x, error)
    end subroutine solve

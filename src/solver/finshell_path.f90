@@ -132,7 +132,7 @@ contains
          no_landing = .false.
          attempt = self%plan(problem, step, targets, no_landing)
          do
-            call self%try(problem, step, attempt, result)
+            call self%try(problem, step, targets, attempt, result)
             iterations = iterations + result%iterations
             self%iterations = self%iterations + result%iterations
             if (result%converged) then
@@ -210,10 +210,11 @@ contains
    end function plan
 
    !> Predict, constrain, iterate.
-   subroutine try(self, problem, step, attempt, result)
+   subroutine try(self, problem, step, targets, attempt, result)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
+      type(targets_t), intent(in) :: targets
       type(attempt_t), intent(in) :: attempt
       type(newton_result_t), intent(out) :: result
       type(constraint_t) :: constraint
@@ -226,8 +227,14 @@ contains
       constraint%load_weight = self%load_weight
       constraint%sense = sign(1.0_wp, attempt%size)
       constraint%target = attempt%size
-      if (attempt%control == control_load) constraint%target = problem%base_factor() + attempt%size
-      if (attempt%control == control_displacement) constraint%target = monitored(problem, problem%base) + attempt%size
+      if (attempt%control == control_load) then
+         constraint%target = problem%base_factor() + attempt%size
+         if (targets%has_level()) constraint%target = snapped(constraint%target, targets%next_level(), attempt%size)
+      else if (attempt%control == control_displacement) then
+         constraint%target = monitored(problem, problem%base) + attempt%size
+         if (targets%has_displacement()) &
+            constraint%target = snapped(constraint%target, targets%next_displacement(), attempt%size)
+      end if
 
       known = .false.
       if (attempt%interpolate > 0) then
@@ -350,6 +357,14 @@ contains
       real(wp) :: signed
       signed = sign(planned_size(size, abs(to - from)), to - from)
    end function toward
+
+   !> A target within rounding of where the increment leads: the target itself.
+   pure function snapped(value, target, size) result(exact)
+      real(wp), intent(in) :: value, target, size
+      real(wp) :: exact
+      exact = value
+      if (abs(value - target) <= 1.0e-6_wp*abs(size)) exact = target
+   end function snapped
 
    !> Monitored displacement at a state of the problem; 0 when none is watched.
    function monitored(problem, state) result(value)

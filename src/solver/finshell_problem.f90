@@ -70,8 +70,8 @@ module finshell_problem
       subroutine solve_interface(self, b, x, error)
          import :: problem_t, error_t, wp
          class(problem_t), intent(inout) :: self
-         real(wp), intent(in) :: b(:)
-         real(wp), intent(out) :: x(:)
+         real(wp), intent(in), contiguous :: b(:)
+         real(wp), intent(out), contiguous :: x(:)
          type(error_t), allocatable, intent(out) :: error
       end subroutine solve_interface
 
