@@ -1,0 +1,212 @@
+!> The program: command line, then input -> model -> path -> results.
+module finshell_driver
+   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use finshell_kinds, only: dp, wp
+   use finshell_equilibrium, only: equilibrium_t, new_equilibrium
+   use finshell_error, only: error_t
+   use finshell_input, only: input_t, read_input
+   use finshell_path, only: path_t
+   use finshell_reporter, only: reporter_t
+   use finshell_version, only: version
+!$ use omp_lib, only: omp_set_num_threads
+   implicit none
+   private
+   public :: main
+
+   integer, parameter :: exit_ok = 0, exit_incomplete = 1, exit_input = 2
+
+   type :: options_t
+      character(len=:), allocatable :: command, input
+      character(len=:), allocatable :: folder !< prefix of all output files
+      logical :: quiet = .false.
+   end type options_t
+
+contains
+
+   !> Run the program; `code` is its exit code: 0 done, 1 the analysis stopped early (results so far are kept), 2 wrong input.
+   subroutine main(code)
+      integer, intent(out) :: code
+      type(options_t) :: options
+      character(len=:), allocatable :: complaint
+
+      call read_command_line(options, complaint)
+      code = exit_input
+      if (allocated(complaint)) then
+         write (error_unit, '(a)') 'finshell: '//complaint, 'Try: finshell --help'
+         return
+      end if
+      select case (options%command)
+      case ('run'); call run(options, .true., code)
+      case ('check'); call run(options, .false., code)
+      case ('version')
+         write (output_unit, '(a)') 'finshell '//version
+         code = exit_ok
+      case default
+         call print_help()
+         code = exit_ok
+      end select
+   end subroutine main
+
+   subroutine read_command_line(options, complaint)
+      type(options_t), intent(out) :: options
+      character(len=:), allocatable, intent(out) :: complaint
+      character(len=:), allocatable :: word
+      integer :: i
+
+      options%command = ''
+      options%folder = ''
+      i = 0
+      do while (i < command_argument_count())
+         i = i + 1
+         word = argument(i)
+         select case (word)
+         case ('--help', '-h', 'help')
+            options%command = 'help'
+            return
+         case ('--version', '-V', 'version')
+            options%command = 'version'
+            return
+         case ('--quiet', '-q')
+            options%quiet = .true.
+         case ('--output-folder', '-o')
+            i = i + 1
+            options%folder = argument(i)
+            if (options%folder == '') complaint = word//' needs the name of a folder'
+            if (allocated(complaint)) return
+            options%folder = options%folder//'/'
+         case default
+            if (options%command == '') then
+               options%command = word
+               if (word /= 'run' .and. word /= 'check') complaint = "unknown command '"//word//"'; expected run or check"
+            else if (index(word, '-') == 1) then
+               complaint = "unknown option '"//word//"'"
+            else if (.not. allocated(options%input)) then
+               options%input = word
+            else
+               complaint = "one input file is expected, found '"//options%input//"' and '"//word//"'"
+            end if
+         end select
+         if (allocated(complaint)) return
+      end do
+      if (options%command == '') then
+         complaint = 'a command is expected: run or check'
+      else if (.not. allocated(options%input)) then
+         complaint = 'the command '//options%command//' needs an input file'
+      end if
+   end subroutine read_command_line
+
+   function argument(i) result(text)
+      integer, intent(in) :: i
+      character(len=:), allocatable :: text
+      integer :: length
+      call get_command_argument(i, length=length)
+      allocate (character(len=length) :: text)
+      call get_command_argument(i, text)
+   end function argument
+
+   subroutine print_help()
+      write (output_unit, '(a)') &
+         'finshell '//version//': finite-strain corotational triangular shell', &
+         '', &
+         '  finshell run INPUT.nml      solve; writes NAME.history.csv, NAME.vtkhdf and NAME.xdmf', &
+         '  finshell check INPUT.nml    read the input, build the model, report its size, solve nothing', &
+         '  finshell --version', &
+         '  finshell --help', &
+         '', &
+         'Options', &
+         '  -o, --output-folder DIR     write results there (default: the current folder)', &
+         '  -q, --quiet                 no progress lines', &
+         '', &
+         'OMP_NUM_THREADS, or threads in the group &job, sets the number of threads.', &
+         'Exit code: 0 done, 1 stopped before the end (results so far are kept), 2 wrong input.', &
+         'The input is described in doc/namelist.md.'
+   end subroutine print_help
+
+   !> Check the input and, with `solve`, follow the path through all steps.
+   subroutine run(options, solve, code)
+      type(options_t), intent(in) :: options
+      logical, intent(in) :: solve
+      integer, intent(out) :: code
+      type(input_t), target :: input
+      type(equilibrium_t), target :: problem
+      type(path_t) :: path
+      type(reporter_t) :: reporter
+      type(error_t), allocatable :: error, late
+      real(wp), allocatable :: levels(:)
+      integer :: i
+
+      code = exit_input
+      call read_input(options%input, input, error)
+      if (complain(error)) return
+!$    if (input%threads > 0) call omp_set_num_threads(input%threads)
+      call new_equilibrium(problem, input%structure, error)
+      if (allocated(error)) error%message = input%file//': '//error%message
+      if (complain(error)) return
+      if (.not. options%quiet) call print_model(input, problem)
+      if (.not. solve) then
+         write (output_unit, '(a)') 'The input is complete and consistent.'
+         code = exit_ok
+         return
+      end if
+
+      allocate (levels(0))
+      do i = 1, size(input%steps)
+         if (allocated(input%steps(i)%load_levels)) levels = [levels, input%steps(i)%load_levels]
+         levels = [levels, input%steps(i)%final_load_factor]
+      end do
+      reporter%quiet = options%quiet
+      call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
+      if (complain(error)) return
+      do i = 1, size(input%steps)
+         call path%follow(problem, input%steps(i), reporter, error)
+         if (allocated(error)) exit
+      end do
+      call reporter%finish(problem%state, late)
+      if (.not. allocated(error) .and. allocated(late)) call move_alloc(late, error)
+      call print_summary(options, input, problem, path, reporter, allocated(error))
+      code = exit_ok
+      if (complain(error)) code = exit_incomplete
+   end subroutine run
+
+   !> Print an error, if there is one.
+   logical function complain(error)
+      type(error_t), allocatable, intent(in) :: error
+      complain = allocated(error)
+      if (complain) write (error_unit, '(a)') 'finshell: '//error%message
+   end function complain
+
+   subroutine print_model(input, problem)
+      type(input_t), intent(in) :: input
+      type(equilibrium_t), intent(in) :: problem
+      if (len(input%title) > 0) write (output_unit, '(a)') input%title
+      write (output_unit, '(5(a,i0),a)') 'finshell '//version//': ', size(input%structure%mesh%coordinates, 2), ' nodes, ', &
+         size(input%structure%mesh%triangles, 2), ' elements, ', problem%n, ' unknowns, ', size(input%structure%sections), &
+         ' section(s), ', size(input%steps), ' step(s)'
+   end subroutine print_model
+
+   !> What was reached, at what cost, and what to be careful about.
+   subroutine print_summary(options, input, problem, path, reporter, failed)
+      type(options_t), intent(in) :: options
+      type(input_t), intent(in) :: input
+      type(equilibrium_t), intent(in) :: problem
+      type(path_t), intent(in) :: path
+      type(reporter_t), intent(in) :: reporter
+      logical, intent(in) :: failed
+      real(dp) :: seconds
+
+      call cpu_time(seconds)
+      if (failed) then
+         write (output_unit, '(a,g0.7,a)') 'STOPPED EARLY at load factor ', problem%state%load_factor, &
+            '; everything up to there has been written.'
+      else
+         write (output_unit, '(a,g0.7)') 'Done: load factor ', problem%state%load_factor
+      end if
+      write (output_unit, '(3(i0,a),f0.2,a)') path%increments, ' increments, ', path%iterations, ' iterations, ', path%cuts, &
+         ' cuts, ', seconds, ' s of CPU time'
+      if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
+         ' increments had negative pivots: under dead load these states are unstable (see the history).'
+      write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &
+         //merge(', .vtkhdf, .xdmf', '                ', input%output%fields)
+      if (options%quiet) return
+   end subroutine print_summary
+end module finshell_driver

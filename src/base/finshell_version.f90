@@ -1,0 +1,6 @@
+!> The version of finshell, for programs, result files and the C interface. The build files state it too; a test compares them.
+module finshell_version
+   implicit none
+   private
+   character(len=*), parameter, public :: version = '0.1.0'
+end module finshell_version

@@ -1,0 +1,31 @@
+!> finshell as a Fortran library: `use finshell` and link libfinshell.
+!>
+!> A user element in six lines:
+!>
+!>     class(material_t), allocatable :: law
+!>     type(section_t) :: section
+!>     type(error_t), allocatable :: error
+!>     call new_material(law, 'mooney_rivlin', ['c10', 'c01'], [80.0_wp, 20.0_wp], error)
+!>     call new_section(section, law, thickness=0.5_wp, error=error)
+!>     call evaluate_elements(section, n, x, u, rotation, rotation_vector, status, force=f, tangent=k)
+!>
+!> x, u: (3, 3, n) reference coordinates and displacements of the three nodes of each element; rotation: (3, 3, n) total
+!> rotation vectors, or (4, 3, n) quaternions with `rotation_quaternion`. f (18, n) is the internal force, conjugate to
+!> u1 t1 u2 t2 u3 t3, k (18, 18, n) its exact symmetric tangent. status(e) > 0: cut the step; < 0: wrong input. Any consistent
+!> units. An error is allocated exactly when a call failed; error%message says what to do.
+module finshell
+   use finshell_batch, only: evaluate_elements, recover_elements, rotation_quaternion, rotation_vector
+   use finshell_error, only: error_t
+   use finshell_kinds, only: i4, wp
+   use finshell_material, only: material_t
+   use finshell_pressure, only: enclosed_volume, follower_pressure
+   use finshell_quaternion, only: matrix_to_quaternion, quaternion_conjugate, quaternion_normalise, quaternion_product, &
+      quaternion_to_matrix, quaternion_to_rotation_vector, rotation_vector_to_quaternion, update_quaternion
+   use finshell_registry, only: material_names, material_parameters, new_material
+   use finshell_rotation, only: complement_rotation, exp_rotation, inverse_tangent_operator, log_rotation, tangent_operator
+   use finshell_section, only: formulation_p, formulation_s, new_section, section_t
+   use finshell_status, only: status_ok, status_text
+   use finshell_version, only: version
+   implicit none
+   public
+end module finshell
