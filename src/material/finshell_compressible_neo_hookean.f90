@@ -186,7 +186,7 @@ contains
       real(wp), intent(out) :: x(lanes)
       real(wp), intent(out) :: energy(lanes)
       integer(i4), intent(inout) :: status(lanes)
-      real(wp), dimension(lanes) :: delta, md, log_det, mx, step
+      real(wp), dimension(lanes) :: delta, det, md, log_det, mx, step
       real(wp) :: p, r, g, dg, y, tolerance
       integer :: i, iteration
       logical :: ok
@@ -195,14 +195,21 @@ contains
          p = 2.0_wp*(e1(i) + e2(i))
          q(i) = 4.0_wp*e1(i)*e2(i) - e3(i)*e3(i)
          delta(i) = p + q(i)
-         ok = (1.0_wp + delta(i))*metric_limit > 1.0_wp .and. p > -2.0_wp .and. max(delta(i), p) < metric_limit
+         det(i) = (1.0_wp + 2.0_wp*e1(i))*(1.0_wp + 2.0_wp*e2(i)) - e3(i)*e3(i)
+         ok = det(i)*metric_limit > 1.0_wp .and. p > -2.0_wp .and. max(delta(i), p) < metric_limit
          delta(i) = merge(delta(i), 0.0_wp, ok)
          q(i) = merge(q(i), 0.0_wp, ok)
          status(i) = merge(status(i), status_material_limit, ok)
-         c(i) = 1.0_wp/(1.0_wp + delta(i))
+         det(i) = merge(det(i), 1.0_wp, ok)
+         c(i) = 1.0_wp/det(i)
          f(i) = delta(i)*c(i)
       end do
       call log_remainder(lanes, delta, md)
+      if (any(delta < -0.5_wp)) then ! where det C is small, better from the product
+         do i = 1, lanes
+            if (delta(i) < -0.5_wp) md(i) = delta(i) - log(det(i))
+         end do
+      end if
       do i = 1, lanes
          log_det(i) = delta(i) - md(i)
          y = -r*log_det(i)/(1.0_wp + r)

@@ -31,11 +31,11 @@ contains
       do b = 0, n - lanes, lanes
 !GCC$ ivdep
          do i = 1, lanes
-            ! the adjugate of C; its determinant from the strains
+            ! the adjugate of C
             a1(i) = 1.0_wp + 2.0_wp*e(b + i, 2)
             a2(i) = 1.0_wp + 2.0_wp*e(b + i, 1)
             a3(i) = -e(b + i, 3)
-            det = 1.0_wp + (2.0_wp*(e(b + i, 1) + e(b + i, 2)) + (4.0_wp*e(b + i, 1)*e(b + i, 2) - e(b + i, 3)*e(b + i, 3)))
+            det = a1(i)*a2(i) - a3(i)*a3(i)
             ok = det*metric_limit > 1.0_wp .and. a1(i) + a2(i) > 0.0_wp .and. max(det, a1(i) + a2(i)) < metric_limit
             c(i) = 1.0_wp/merge(det, 1.0_wp, ok)
             l(b + i) = sqrt(c(i))

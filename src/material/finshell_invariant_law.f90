@@ -48,7 +48,7 @@ contains
       integer(i4), intent(inout) :: status(n)
       type(response_t) :: r
       real(wp), dimension(lanes) :: e1, e2, e3, c, x1, d1, d2, d3
-      real(wp) :: x4(lanes, 2), p, q, delta, f, g, a1, a2, a3, k, m1, m2, m3
+      real(wp) :: x4(lanes, 2), p, q, delta, det, f, g, a1, a2, a3, k, m1, m2, m3
       integer :: b, i, j
       logical :: ok
       do b = 0, n - lanes, lanes
@@ -57,7 +57,8 @@ contains
             p = 2.0_wp*(e(b + i, 1) + e(b + i, 2))
             q = 4.0_wp*e(b + i, 1)*e(b + i, 2) - e(b + i, 3)*e(b + i, 3)
             delta = p + q
-            ok = (1.0_wp + delta)*metric_limit > 1.0_wp .and. p > -2.0_wp .and. max(delta, p) < metric_limit
+            det = (1.0_wp + 2.0_wp*e(b + i, 1))*(1.0_wp + 2.0_wp*e(b + i, 2)) - e(b + i, 3)*e(b + i, 3)
+            ok = det*metric_limit > 1.0_wp .and. p > -2.0_wp .and. max(delta, p) < metric_limit
             ! a refused strain is evaluated like none, so that nothing traps or overflows
             e1(i) = merge(e(b + i, 1), 0.0_wp, ok)
             e2(i) = merge(e(b + i, 2), 0.0_wp, ok)
@@ -66,7 +67,7 @@ contains
             q = merge(q, 0.0_wp, ok)
             delta = merge(delta, 0.0_wp, ok)
             status(b + i) = merge(status(b + i), status_material_limit, ok)
-            c(i) = 1.0_wp/(1.0_wp + delta)
+            c(i) = 1.0_wp/merge(det, 1.0_wp, ok)
             f = delta*c(i)
             x1(i) = merge(p - f, delta*f - q, delta > 1.0_wp)
             ! dI1/dE/2 = I - c C^-1

@@ -1,7 +1,8 @@
 !> Incompressible Mooney-Rivlin: W = c10 (I1 - 3) + c01 (I2 - 3), paper eq. (40); neo-Hookean for c01 = 0.
 !>
 !> Everything is evaluated from the strain, never from C - I, so that stress and energy keep their relative accuracy
-!> however small the strain is. With p = tr C - 2, q = 4 det E, delta = p + q = det C - 1, c = 1/det C = C33 and f = delta c:
+!> however small the strain is. With p = tr C - 2, q = 4 det E, delta = p + q = det C - 1, c = 1/det C = C33 and f = delta c
+!> (c from the product, delta from the sum: each is accurate where the other cancels):
 !> I1 - 3 = delta f - q = p - f and I2 - 3 = delta f - q c. A = adj C, so that C^-1 = c A.
 module finshell_mooney_rivlin
    use finshell_incompressible, only: incompressible_t, metric_limit
@@ -44,7 +45,7 @@ contains
       real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
       integer(i4), intent(inout) :: status(n)
       real(wp), dimension(lanes) :: p, f, c, h
-      real(wp) :: q, delta, g, a1, a2, a3, c2, k, wc
+      real(wp) :: q, delta, det, g, a1, a2, a3, c2, k, wc
       real(wp) :: c10, c01
       integer :: b, i
       logical :: ok
@@ -56,12 +57,13 @@ contains
             p(i) = 2.0_wp*(e(b + i, 1) + e(b + i, 2))
             q = 4.0_wp*e(b + i, 1)*e(b + i, 2) - e(b + i, 3)*e(b + i, 3)
             delta = p(i) + q
-            ok = (1.0_wp + delta)*metric_limit > 1.0_wp .and. p(i) > -2.0_wp .and. max(delta, p(i)) < metric_limit
+            det = (1.0_wp + 2.0_wp*e(b + i, 1))*(1.0_wp + 2.0_wp*e(b + i, 2)) - e(b + i, 3)*e(b + i, 3)
+            ok = det*metric_limit > 1.0_wp .and. p(i) > -2.0_wp .and. max(delta, p(i)) < metric_limit
             ! a refused strain is evaluated like none, so that nothing traps or overflows
             p(i) = merge(p(i), 0.0_wp, ok)
             q = merge(q, 0.0_wp, ok)
             delta = merge(delta, 0.0_wp, ok)
-            c(i) = 1.0_wp/(1.0_wp + delta)
+            c(i) = 1.0_wp/merge(det, 1.0_wp, ok)
             f(i) = delta*c(i)
             status(b + i) = merge(status(b + i), status_material_limit, ok)
             ! of the two forms of I1 - 3 the one without cancellation

@@ -83,13 +83,13 @@ contains
             e2(i) = e(b + i, 2)
             e3(i) = e(b + i, 3)
             p = 2.0_wp*(e1(i) + e2(i))
-            q = 4.0_wp*e1(i)*e2(i) - e3(i)*e3(i)
-            ok = (1.0_wp + (p + q))*metric_limit > 1.0_wp .and. p > -2.0_wp .and. max(p + q, p) < metric_limit
+            det = (1.0_wp + 2.0_wp*e1(i))*(1.0_wp + 2.0_wp*e2(i)) - e3(i)*e3(i)
+            ok = det*metric_limit > 1.0_wp .and. p > -2.0_wp .and. max(det, p) < metric_limit
             valid(i) = ok
             e1(i) = merge(e1(i), 0.0_wp, ok)
             e2(i) = merge(e2(i), 0.0_wp, ok)
             e3(i) = merge(e3(i), 0.0_wp, ok)
-            det = 1.0_wp + merge(p + q, 0.0_wp, ok)
+            det = merge(det, 1.0_wp, ok)
             mean = e1(i) + e2(i)
             gap(i) = sqrt((e1(i) - e2(i))**2 + e3(i)*e3(i))
             ! the smaller of the two by the determinant, where adding would cancel
