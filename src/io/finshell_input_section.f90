@@ -15,6 +15,9 @@ module finshell_input_section
    private
    public :: named_material_t, read_material, read_section, check_sections
 
+   !> Sine of the angle to the normal below which a direction is not projected on an element (the kernel would replace it).
+   real(wp), parameter :: nearly_normal = 2.0e-3_wp
+
    type :: named_material_t
       character(len=:), allocatable :: name
       class(material_t), allocatable :: law
@@ -166,7 +169,8 @@ contains
          return
       end if
       if (.not. has(group, 'direction') .and. .not. has(group, 'direction_axis')) return
-      if (.not. allocated(structure%direction)) call default_directions(structure)
+      if (.not. allocated(structure%direction)) &
+         structure%direction = spread([1.0_wp, 0.0_wp, 0.0_wp], 2, size(structure%element_section)) ! the default: global x
       do e = 1, size(structure%element_section)
          if (structure%element_section(e) /= number) cycle
          associate (x => structure%mesh%coordinates(:, structure%mesh%triangles(:, e)))
@@ -175,7 +179,7 @@ contains
             sides = x(:, 2:3) - x(:, [1, 1])
          end associate
          normal = cross(sides(:, 1), sides(:, 2))
-         if (norm2(cross(normal, d)) <= 1.0e-6_wp*norm2(normal)*norm2(d)) then
+         if (norm2(cross(normal, d)) <= nearly_normal*norm2(normal)*norm2(d)) then
             call complain_about(group, trim(merge('direction     ', 'direction_axis', has(group, 'direction'))), &
                'it gives element '//text_of(e)//' no direction: the vector there is zero or normal to the element', error)
             return
@@ -183,18 +187,6 @@ contains
          structure%direction(:, e) = d/norm2(d)
       end do
    end subroutine read_direction
-
-   !> The first side of each element.
-   subroutine default_directions(structure)
-      type(structure_t), intent(inout) :: structure
-      integer :: e
-      allocate (structure%direction(3, size(structure%mesh%triangles, 2)))
-      do e = 1, size(structure%direction, 2)
-         associate (x => structure%mesh%coordinates, t => structure%mesh%triangles(:, e))
-            structure%direction(:, e) = x(:, t(2)) - x(:, t(1))
-         end associate
-      end do
-   end subroutine default_directions
 
    !> Every element needs a section.
    subroutine check_sections(group, structure, error)

@@ -60,18 +60,18 @@ contains
       type(step_t), intent(inout) :: step
       type(error_t), allocatable, intent(inout) :: error
 
-      call get(group, 'first_increment', step%first_increment, error, default=step%first_increment, minimum=0.0_wp)
+      call get(group, 'first_increment', step%first_increment, error, default=step%first_increment)
       call get(group, 'largest_increment', step%largest_increment, error, default=step%largest_increment, minimum=0.0_wp)
       call get(group, 'smallest_increment', step%smallest_increment, error, default=step%smallest_increment, minimum=0.0_wp)
       call get(group, 'maximum_increments', step%maximum_increments, error, default=step%maximum_increments, minimum=1)
       call get(group, 'maximum_cuts', step%maximum_cuts, error, default=step%maximum_cuts, minimum=0)
       call get(group, 'automatic', step%automatic, error, default=step%automatic)
       call get(group, 'growth', step%growth, error, default=step%growth, minimum=1.0_wp)
-      call get(group, 'wanted_iterations', step%wanted_iterations, error, default=step%wanted_iterations, minimum=1)
+      call get(group, 'wanted_iterations', step%wanted_iterations, error, default=step%wanted_iterations, minimum=0)
       call get(group, 'extrapolate', step%extrapolate, error, default=step%extrapolate)
       call get(group, 'load_scale', step%load_scale, error, default=step%load_scale, minimum=0.0_wp)
       if (allocated(error)) return
-      if (step%largest_increment > 0 .and. step%first_increment > step%largest_increment) then
+      if (step%largest_increment > 0 .and. abs(step%first_increment) > step%largest_increment) then
          call complain_about(group, 'first_increment', 'it is larger than largest_increment', error)
       else if (step%largest_increment > 0 .and. step%smallest_increment > step%largest_increment) then
          call complain_about(group, 'smallest_increment', 'it is larger than largest_increment', error)
