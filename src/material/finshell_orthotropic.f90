@@ -155,11 +155,14 @@ contains
       integer(i4), intent(inout) :: status(n)
       real(wp) :: det, trace, least
       integer :: i
+      logical :: ok
       do i = 1, n
          trace = 2.0_wp*(e(i, 1) + e(i, 2))
          det = 1.0_wp + (trace + (4.0_wp*e(i, 1)*e(i, 2) - e(i, 3)*e(i, 3)))
-         least = min(det, 2.0_wp + trace, 1.0_wp - 2.0_wp*(k1*e(i, 1) + k2*e(i, 2)))
-         status(i) = merge(status(i), status_material_limit, least > 0.0_wp .and. max(det, trace) < metric_limit)
+         least = min(2.0_wp + trace, 1.0_wp - 2.0_wp*(k1*e(i, 1) + k2*e(i, 2)))
+         ! det alone is sure to be NaN when anything is
+         ok = det > 0.0_wp .and. least > 0.0_wp .and. max(det, trace) < metric_limit
+         status(i) = merge(status(i), status_material_limit, ok)
       end do
    end subroutine check
 
