@@ -36,8 +36,9 @@ contains
       type(bending_t), intent(out) :: b
       real(wp), dimension(lanes) :: inverse, l1, l2, stretch2
       real(wp) :: m(lanes, 2, 3), t(lanes, 3, 3), dl(lanes, 3), turned(lanes, 2, 3)
-      real(wp) :: n_side
-      integer :: a, i, j, k, point
+      real(wp) :: dp(lanes, 3, 3) !< p_k times derivatives of beta_k (strain, side)
+      real(wp) :: n_side, n_before
+      integer :: a, i, j, k, l, point, v
 
       do k = 1, 3
          i = 2*side_from(k)
@@ -55,6 +56,9 @@ contains
             b%dbeta(:, 1, k) = -2*l1*l2*inverse - b%beta(:, k)*dl(:, 1)
             b%dbeta(:, 2, k) = 2*l1*l2*inverse - b%beta(:, k)*dl(:, 2)
             b%dbeta(:, 3, k) = (l1*l1 - l2*l2)*inverse - b%beta(:, k)*dl(:, 3)
+            do v = 1, 3
+               dp(:, v, k) = b%p(:, k)*b%dbeta(:, v, k)
+            end do
          end if
          if (level >= level_tangent) then
             b%ddbeta(:, 1, k) = -2*b%dbeta(:, 1, k)*dl(:, 1)
@@ -90,43 +94,39 @@ contains
             k = i
             j = side_to(side_to(i))
             n_side = 4*zeta(side_from(k), point)*zeta(side_to(k), point)
+            n_before = 4*zeta(side_from(j), point)*zeta(side_to(j), point)
             do a = 1, 2
-               associate (lk => ref%side(:, a, k), lj => ref%side(:, a, j), &
-                          cg => b%curvature_g(:, :, 2*(i - 1) + a, point), sg => b%slope_g(:, :, point, 2*(i - 1) + a))
-                  cg(:, 1) = t(:, 1, k)*lk + t(:, 1, j)*lj
-                  cg(:, 2) = t(:, 2, k)*lk + t(:, 2, j)*lj
-                  cg(:, 3) = t(:, 3, k)*lk + t(:, 3, j)*lj
-                  cg(:, a) = cg(:, a) + ref%gradient(:, a, i)
-                  cg(:, 3) = cg(:, 3) + ref%gradient(:, 3 - a, i)
-                  sg(:, 1) = n_side*m(:, 1, k)*lk + 4*zeta(side_from(j), point)*zeta(side_to(j), point)*m(:, 1, j)*lj
-                  sg(:, 2) = n_side*m(:, 2, k)*lk + 4*zeta(side_from(j), point)*zeta(side_to(j), point)*m(:, 2, j)*lj
-                  sg(:, a) = sg(:, a) + zeta(i, point)
-               end associate
+               l = 2*(i - 1) + a
+               do v = 1, 3
+                  b%curvature_g(:, v, l, point) = t(:, v, k)*ref%side(:, a, k) + t(:, v, j)*ref%side(:, a, j)
+               end do
+               b%curvature_g(:, a, l, point) = b%curvature_g(:, a, l, point) + ref%gradient(:, a, i)
+               b%curvature_g(:, 3, l, point) = b%curvature_g(:, 3, l, point) + ref%gradient(:, 3 - a, i)
+               do v = 1, 2
+                  b%slope_g(:, v, point, l) = n_side*m(:, v, k)*ref%side(:, a, k) + n_before*m(:, v, j)*ref%side(:, a, j)
+               end do
+               b%slope_g(:, a, point, l) = b%slope_g(:, a, point, l) + zeta(i, point)
             end do
          end do
-         do i = 1, 3
-            associate (cg => b%curvature_g(:, i, :, point))
-               b%curvature(:, i, point) = cg(:, 1)*g(:, 1) + cg(:, 2)*g(:, 2) + cg(:, 3)*g(:, 3) + cg(:, 4)*g(:, 4) &
-                  + cg(:, 5)*g(:, 5) + cg(:, 6)*g(:, 6)
-            end associate
+         do v = 1, 3
+            b%curvature(:, v, point) = b%curvature_g(:, v, 1, point)*g(:, 1) + b%curvature_g(:, v, 2, point)*g(:, 2) &
+               + b%curvature_g(:, v, 3, point)*g(:, 3) + b%curvature_g(:, v, 4, point)*g(:, 4) &
+               + b%curvature_g(:, v, 5, point)*g(:, 5) + b%curvature_g(:, v, 6, point)*g(:, 6)
          end do
-         do i = 1, 2
-            associate (sg => b%slope_g(:, i, point, :))
-               b%slope(:, i, point) = sg(:, 1)*g(:, 1) + sg(:, 2)*g(:, 2) + sg(:, 3)*g(:, 3) + sg(:, 4)*g(:, 4) &
-                  + sg(:, 5)*g(:, 5) + sg(:, 6)*g(:, 6)
-            end associate
+         do v = 1, 2
+            b%slope(:, v, point) = b%slope_g(:, v, point, 1)*g(:, 1) + b%slope_g(:, v, point, 2)*g(:, 2) &
+               + b%slope_g(:, v, point, 3)*g(:, 3) + b%slope_g(:, v, point, 4)*g(:, 4) &
+               + b%slope_g(:, v, point, 5)*g(:, 5) + b%slope_g(:, v, point, 6)*g(:, 6)
          end do
          if (level < level_force) cycle
          do a = 1, 3
-            do i = 1, 3
-               b%curvature_e(:, i, a, point) = b%curvature_side(:, i, 1, point)*(b%p(:, 1)*b%dbeta(:, a, 1)) &
-                  + b%curvature_side(:, i, 2, point)*(b%p(:, 2)*b%dbeta(:, a, 2)) &
-                  + b%curvature_side(:, i, 3, point)*(b%p(:, 3)*b%dbeta(:, a, 3))
+            do v = 1, 3
+               b%curvature_e(:, v, a, point) = b%curvature_side(:, v, 1, point)*dp(:, a, 1) &
+                  + b%curvature_side(:, v, 2, point)*dp(:, a, 2) + b%curvature_side(:, v, 3, point)*dp(:, a, 3)
             end do
-            do i = 1, 2
-               b%slope_e(:, i, point, a) = b%slope_side(:, i, 1, point)*(b%p(:, 1)*b%dbeta(:, a, 1)) &
-                  + b%slope_side(:, i, 2, point)*(b%p(:, 2)*b%dbeta(:, a, 2)) &
-                  + b%slope_side(:, i, 3, point)*(b%p(:, 3)*b%dbeta(:, a, 3))
+            do v = 1, 2
+               b%slope_e(:, v, point, a) = b%slope_side(:, v, 1, point)*dp(:, a, 1) &
+                  + b%slope_side(:, v, 2, point)*dp(:, a, 2) + b%slope_side(:, v, 3, point)*dp(:, a, 3)
             end do
          end do
       end do
