@@ -2,13 +2,14 @@
 module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_kinds, only: dp, wp
+   use finshell_blas_threads, only: set_blas_threads
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t
    use finshell_input, only: input_t, read_input
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
    use finshell_version, only: version
-!$ use omp_lib, only: omp_set_num_threads
+!$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    implicit none
    private
    public :: main
@@ -138,7 +139,7 @@ contains
       code = exit_input
       call read_input(options%input, input, error)
       if (complain(error)) return
-!$    if (input%threads > 0) call omp_set_num_threads(input%threads)
+      call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call new_equilibrium(problem, input%structure, error)
       if (allocated(error)) error%message = input%file//': '//error%message
       if (complain(error)) return
@@ -167,6 +168,19 @@ contains
       code = exit_ok
       if (complain(error)) code = exit_incomplete
    end subroutine run
+
+   !> As many threads as the input asks for, else as OpenMP would but no more than pay: waiting threads burn CPU time.
+   subroutine choose_threads(wanted, elements)
+      integer, intent(in) :: wanted, elements
+      integer, parameter :: elements_per_thread = 2000
+      integer :: threads
+      threads = 1
+!$    threads = omp_get_max_threads()
+      threads = min(threads, 1 + elements/elements_per_thread)
+      if (wanted > 0) threads = wanted
+!$    call omp_set_num_threads(threads)
+      call set_blas_threads(threads)
+   end subroutine choose_threads
 
    !> Print an error, if there is one.
    logical function complain(error)
@@ -207,6 +221,5 @@ contains
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
       write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &
          //merge(', .vtkhdf, .xdmf', '                ', input%output%fields)
-      if (options%quiet) return
    end subroutine print_summary
 end module finshell_driver
