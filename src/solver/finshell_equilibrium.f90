@@ -11,17 +11,15 @@ module finshell_equilibrium
    use finshell_error, only: error_t, raise, text_of
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion, update_quaternion
-   use finshell_rotation, only: spin
-   use finshell_batch, only: evaluate_elements, rotation_quaternion
-   use finshell_pressure, only: follower_pressure
    use finshell_mesh, only: mesh_t, mesh_size, find_node_set, node_set_names
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t, new_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
    use finshell_external, only: external_t, new_external
    use finshell_sparsity, only: sparsity_t, new_sparsity
-   use finshell_assembly, only: assembly_t, new_assembly, assemble, add_element_contributions
+   use finshell_assembly, only: assembly_t, new_assembly, assemble
    use finshell_linear_solver, only: linear_solver_t
+   use finshell_load_terms, only: add_pressures, add_turning, add_motion
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
    implicit none
@@ -51,9 +49,6 @@ module finshell_equilibrium
       procedure :: watch
       procedure :: monitored
       procedure :: largest_rotation
-      procedure, private :: add_pressures
-      procedure, private :: add_motion
-      procedure, private :: add_turning
       procedure, private :: measure_levels
    end type equilibrium_t
 
@@ -150,12 +145,18 @@ contains
       unit_force = self%external%dead
       out_of_balance = unit_force(:, :, active)
       out_of_balance = 0
-      call self%add_pressures(tangent, unit_force, out_of_balance, active)
+      if (tangent) then
+         call add_pressures(self%external, self%equations, self%moved_of, self%structure%mesh, self%state, self%assembly, active, &
+            unit_force, self%values, out_of_balance)
+      else
+         call add_pressures(self%external, self%equations, self%moved_of, self%structure%mesh, self%state, self%assembly, active, &
+            unit_force)
+      end if
       self%external_force = self%state%load_factor*unit_force(:, :, 1) + self%state%constant_factor*unit_force(:, :, 2)
       if (tangent) then
-         if (size(self%external%turning_nodes) > 0) call self%add_turning()
+         call add_turning(self%external, self%internal_force, self%assembly, self%values)
          ! Moving the held components by the factor puts the structure out of balance too.
-         if (size(self%moved_elements) > 0) call self%add_motion(out_of_balance, active)
+         call add_motion(self%structure, self%equations, self%moved_of, self%moved_elements, self%state, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
       end if
@@ -163,101 +164,6 @@ contains
       call gather(self%equations, out_of_balance, self%residual)
       call self%measure_levels(out_of_balance)
    end subroutine evaluate
-
-   !> Pressures: force for a factor of 1 to unit_force, stiffness at the present factor to the matrix, and the force due to
-   !> the motion of held nodes to rate.
-   subroutine add_pressures(self, tangent, unit_force, rate, active)
-      class(equilibrium_t), intent(inout) :: self
-      logical, intent(in) :: tangent
-      real(wp), intent(inout) :: unit_force(:, :, :), rate(:, :)
-      integer, intent(in) :: active
-      real(wp), allocatable :: x(:, :, :), p(:), force(:, :), stiffness(:, :, :)
-      real(wp) :: factor, motion(9)
-      integer :: i, j, k, n, node
-
-      do i = 1, size(self%external%pressures)
-         associate (region => self%external%pressures(i), mesh => self%structure%mesh)
-            n = size(region%elements)
-            factor = merge(self%state%load_factor, self%state%constant_factor, region%scaling == 1)
-            allocate (x(3, 3, n), p(n), force(9, n), stiffness(9, 9, n))
-            do j = 1, n
-               do k = 1, 3
-                  node = mesh%triangles(k, region%elements(j))
-                  x(:, k, j) = mesh%coordinates(:, node) + self%state%displacement(:, node)
-               end do
-            end do
-            p = region%pressure
-            call follower_pressure(n, p, x, region%symmetric, region%origin, force, stiffness)
-            if (tangent .and. abs(factor) > 0) then
-               stiffness = factor*stiffness
-               call add_element_contributions(self%assembly, region%elements, force, unit_force(:, :, region%scaling), stiffness, &
-                  self%values)
-               do j = 1, n
-                  if (all(self%moved_of(mesh%triangles(:, region%elements(j))) == 0)) cycle
-                  motion = 0
-                  do k = 1, 3
-                     node = self%moved_of(mesh%triangles(k, region%elements(j)))
-                     if (node > 0) motion(3*k - 2:3*k) = self%equations%motion(1:3, node, active)
-                  end do
-                  motion = matmul(stiffness(:, :, j), motion)
-                  do k = 1, 3
-                     node = mesh%triangles(k, region%elements(j))
-                     rate(1:3, node) = rate(1:3, node) + motion(3*k - 2:3*k)
-                  end do
-               end do
-            else
-               call add_element_contributions(self%assembly, region%elements, force, unit_force(:, :, region%scaling))
-            end if
-            deallocate (x, p, force, stiffness)
-         end associate
-      end do
-   end subroutine add_pressures
-
-   !> Stiffness of nodal moments with respect to spins: -spin(m)/2.
-   subroutine add_turning(self)
-      class(equilibrium_t), intent(inout) :: self
-      real(wp), allocatable :: force(:, :), stiffness(:, :, :), unused(:, :)
-      integer :: i, first
-      associate (loads => self%external)
-         allocate (force(18, size(loads%turning_nodes)), stiffness(18, 18, size(loads%turning_nodes)), source=0.0_wp)
-         allocate (unused(6, size(self%internal_force, 2)), source=0.0_wp)
-         do i = 1, size(loads%turning_nodes)
-            first = 6*loads%turning_corners(i) - 2
-            stiffness(first:first + 2, first:first + 2, i) = 0.5_wp*spin(self%internal_force(4:6, loads%turning_nodes(i)))
-         end do
-         call add_element_contributions(self%assembly, loads%turning_elements, force, unused, stiffness, self%values)
-      end associate
-   end subroutine add_turning
-
-   !> Take the internal forces due to the motion of held nodes from rate.
-   subroutine add_motion(self, rate, active)
-      class(equilibrium_t), intent(inout) :: self
-      real(wp), intent(inout) :: rate(:, :)
-      integer, intent(in) :: active
-      real(wp) :: x(3, 3, 1), u(3, 3, 1), q(4, 3, 1), force(18, 1), tangent(18, 18, 1), motion(18), direction(3, 1)
-      integer :: i, e, k, node, status(1)
-
-      do i = 1, size(self%moved_elements)
-         e = self%moved_elements(i)
-         motion = 0
-         do k = 1, 3
-            node = self%structure%mesh%triangles(k, e)
-            x(:, k, 1) = self%structure%mesh%coordinates(:, node)
-            u(:, k, 1) = self%state%displacement(:, node)
-            q(:, k, 1) = self%state%rotation(:, node)
-            if (self%moved_of(node) > 0) motion(6*k - 5:6*k) = self%equations%motion(:, self%moved_of(node), active)
-         end do
-         direction(:, 1) = [1, 0, 0]
-         if (allocated(self%structure%direction)) direction(:, 1) = self%structure%direction(:, e)
-         call evaluate_elements(self%structure%sections(self%structure%element_section(e)), 1, x, u, q, rotation_quaternion, &
-            status, force=force, tangent=tangent, direction=direction, threads=1)
-         motion = matmul(tangent(:, :, 1), motion)
-         do k = 1, 3
-            node = self%structure%mesh%triangles(k, e)
-            rate(:, node) = rate(:, node) - motion(6*k - 5:6*k)
-         end do
-      end do
-   end subroutine add_motion
 
    !> Norms of external forces and of reactions, for the convergence criterion.
    subroutine measure_levels(self, out_of_balance)

@@ -151,9 +151,11 @@ contains
                self%size = cut_ratio*abs(attempt%size)
             end if
             if (cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor) then
-               call raise(error, result%code, where_text(step, problem)//': the next increment failed after ' &
-                  //text_of(cuts)//' attempts, the last of size '//text_of(real(attempt%size, dp))//' ('&
-                  //control_name(attempt%control)//'): '//result%reason)
+               call raise(error, result%code, where_text(step, problem)//': the next increment failed '//trim(merge( &
+                  'too often                           ', 'and would be smaller than allowed   ', cuts > step%maximum_cuts)) &
+                  //' ('//text_of(cuts) &
+                  //' attempts, the last of size '//text_of(real(attempt%size, dp))//' in '//control_name(attempt%control) &
+                  //'): '//result%reason)
                return
             end if
             attempt = self%plan(problem, step, targets, no_landing)
