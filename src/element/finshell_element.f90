@@ -159,7 +159,7 @@ contains
       do i = 1, 2
          where (length < sine_of_tenth_degree*full) axes(:, i) = turned(:, i)
       end do
-      length = sqrt(axes(:, 1)**2 + axes(:, 2)**2)
+      length = max(sqrt(axes(:, 1)**2 + axes(:, 2)**2), tiny(1.0_wp))
       axes(:, 1) = axes(:, 1)/length
       axes(:, 2) = axes(:, 2)/length
    end subroutine material_direction

@@ -22,7 +22,7 @@ contains
       real(wp), intent(in) :: origin(3) !< of the volume, used by the symmetric form
       real(wp), intent(out) :: force(9, n) !< nodes in turn, three components each
       real(wp), intent(out), optional :: stiffness(9, 9, n)
-      real(wp) :: a(3, 3), b(3), c(3), f(3), s(3, 3)
+      real(wp) :: a(3, 3), b(3), c(3), f(3), s(3, 3), t(3, 3)
       integer :: e, i, j, k
       do e = 1, n
          if (symmetric) then
@@ -32,23 +32,27 @@ contains
             do i = 1, 3
                j = 1 + mod(i, 3)
                k = 1 + mod(i + 1, 3)
-               force(3*i - 2:3*i, e) = (p(e)/6)*cross_product(a(:, j), a(:, k))
+               f = (p(e)/6)*cross_product(a(:, j), a(:, k))
+               force(3*i - 2:3*i, e) = f
                if (.not. present(stiffness)) cycle
                stiffness(3*i - 2:3*i, 3*i - 2:3*i, e) = 0
-               stiffness(3*i - 2:3*i, 3*j - 2:3*j, e) = -(p(e)/6)*spin(a(:, k))
-               stiffness(3*i - 2:3*i, 3*k - 2:3*k, e) = (p(e)/6)*spin(a(:, j))
+               s = (p(e)/6)*spin(a(:, k))
+               stiffness(3*i - 2:3*i, 3*j - 2:3*j, e) = -s
+               s = (p(e)/6)*spin(a(:, j))
+               stiffness(3*i - 2:3*i, 3*k - 2:3*k, e) = s
             end do
          else
             b = x(:, 2, e) - x(:, 1, e)
             c = x(:, 3, e) - x(:, 1, e)
             f = (p(e)/6)*cross_product(b, c)
+            s = (p(e)/6)*spin(c)
+            t = (p(e)/6)*spin(b)
             do i = 1, 3
                force(3*i - 2:3*i, e) = f
                if (.not. present(stiffness)) cycle
-               s = (p(e)/6)*spin(c)
                stiffness(3*i - 2:3*i, 4:6, e) = -s
-               stiffness(3*i - 2:3*i, 1:3, e) = s - (p(e)/6)*spin(b)
-               stiffness(3*i - 2:3*i, 7:9, e) = (p(e)/6)*spin(b)
+               stiffness(3*i - 2:3*i, 1:3, e) = s - t
+               stiffness(3*i - 2:3*i, 7:9, e) = t
             end do
          end if
       end do

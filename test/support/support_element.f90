@@ -46,6 +46,8 @@ contains
       class(material_t), allocatable :: law
       type(error_t), allocatable :: error
       type(parameter_t), allocatable :: parameters(:)
+      character(len=16), allocatable :: names(:)
+      real(wp), allocatable :: values(:)
       integer :: n
       real(wp) :: b
       n = 3
@@ -53,7 +55,10 @@ contains
       b = 0.01_wp
       if (present(beta0)) b = beta0
       parameters = material_parameters(name)
-      call new_material(law, name, parameters%name, parameters%example, error)
+      allocate (names(size(parameters)), values(size(parameters)))
+      names = parameters%name
+      values = parameters%example
+      call new_material(law, name, names, values, error)
       if (allocated(error)) error stop 'support_element: the example parameters of a law are refused'
       call new_section(section, law, thickness, error, formulation=formulation, thickness_points=n, beta0=b)
       if (allocated(error)) error stop 'support_element: section refused'
