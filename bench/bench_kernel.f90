@@ -1,18 +1,23 @@
-!> Cost of one element: energy, force, force + tangent; one thread, Mooney-Rivlin, 3 x 3 points.
+!> Cost of one element: energy, force, force + tangent, through the batch call that every host uses.
 !>
-!> An irregular mesh of a pressurised dome in a large deformed state (stretch up to 2, rotations up to 80 degrees), through the batch
-!> call that every host uses, total rotation vectors and quaternions. Prints microseconds per element, the arithmetic of the
-!> dominant loops against the machine's measured peak, and the two lines that scripts read.
+!> An irregular mesh of a pressurised dome in a large deformed state (stretch up to 2, rotations up to 80 degrees); one thread,
+!> Mooney-Rivlin, 3 x 3 points unless said otherwise. Prints microseconds per element (wall clock), the counted arithmetic against
+!> the machine's peak as measured in the same run, and the two lines that scripts read.
+!>
+!>     bench_kernel                       the figures above
+!>     bench_kernel options               what each option costs
+!>     bench_kernel count LEVEL ELEMENTS  evaluates and prints nothing: the work counted by bench/count_arithmetic.py
 program bench_kernel
    use, intrinsic :: iso_fortran_env, only: int64, output_unit
    use finshell_batch, only: evaluate_elements, rotation_quaternion, rotation_vector
    use finshell_error, only: error_t
    use finshell_kinds, only: dp, i4, wp
-   use finshell_material, only: material_t
+   use finshell_material, only: level_energy, level_force, level_tangent, material_t
    use finshell_quaternion, only: rotation_vector_to_quaternion
    use finshell_registry, only: new_material
    use finshell_section, only: new_section, section_t, formulation_p, formulation_s
    implicit none
+   include 'arithmetic.inc'
    integer, parameter :: divisions = 80, repeats = 15
    integer, parameter :: n = 2*divisions**2
    type(section_t) :: section
@@ -20,77 +25,200 @@ program bench_kernel
    type(error_t), allocatable :: error
    real(wp), allocatable :: x(:, :, :), u(:, :, :), r(:, :, :), q(:, :, :), energy(:), force(:, :), tangent(:, :, :)
    integer(i4), allocatable :: status(:)
-   real(dp) :: t_force, t_tangent, t_energy
+   integer :: chunk = 64 !< elements per call, as a host assembles: outputs stay in the cache
+   integer :: threads = 1
+   character(len=16) :: mode
 
-   call new_material(law, 'mooney_rivlin', ['c10', 'c01'], [80.0_wp, 20.0_wp], error)
-   if (allocated(error)) error stop error%message
    allocate (x(3, 3, n), u(3, 3, n), r(3, 3, n), q(4, 3, n), energy(n), force(18, n), tangent(18, 18, n), status(n))
    call dome()
-   write (*, '(a,i0,a)') 'finshell kernel: ', n, ' elements, one thread, Mooney-Rivlin, 3 x 3 points, double precision'
-
-   call new_section(section, law, 0.5_wp, error, formulation=formulation_s)
-   t_energy = best('energy', rotation_quaternion, .false., .false.)
-   t_force = best('force', rotation_quaternion, .true., .false.)
-   t_tangent = best('force + tangent', rotation_quaternion, .true., .true.)
-   call report('formulation (S), quaternions', t_energy, t_force, t_tangent)
-   write (*, '(a,f8.4)') 'force+tangent us_per_element ', t_tangent
-   write (*, '(a,f8.4)') 'force us_per_element ', t_force
-   call report('formulation (S), rotation vectors', best('energy', rotation_vector, .false., .false.), &
-               best('force', rotation_vector, .true., .false.), best('tangent', rotation_vector, .true., .true.))
-   call new_section(section, law, 0.5_wp, error, formulation=formulation_p)
-   call report('formulation (P), quaternions', best('energy', rotation_quaternion, .false., .false.), &
-               best('force', rotation_quaternion, .true., .false.), best('tangent', rotation_quaternion, .true., .true.))
+   call use_section()
+   call get_command_argument(1, mode)
+   select case (mode)
+   case ('')
+      call headline()
+   case ('options')
+      call options()
+   case ('count')
+      call evaluate(integer_argument(3), 0, rotation_quaternion, integer_argument(2))
+   case default
+      error stop 'bench_kernel: unknown argument '//trim(mode)//', expected none, options or count'
+   end select
 
 contains
 
-   subroutine report(name, e, f, k)
+   subroutine headline()
+      real(dp) :: us(3), peak
+      integer :: level
+      integer, parameter :: flop(3) = [flop_energy, flop_force, flop_tangent]
+      character(len=*), parameter :: names(3) = [character(len=15) :: 'energy', 'force', 'force + tangent']
+      write (*, '(a,i0,a)') 'finshell kernel: ', n, ' elements, one thread, Mooney-Rivlin, 3 x 3 points, double precision'
+      us = costs(rotation_quaternion)
+      call report('formulation (S), quaternions', us)
+      write (*, '(a,f8.4)') 'force+tangent us_per_element ', us(3)
+      write (*, '(a,f8.4)') 'force us_per_element ', us(2)
+      peak = peak_rate()
+      write (*, '(a,f6.1,a)') 'peak of this core, measured with multiply-adds: ', peak, ' GFlop/s'
+      do level = 1, 3
+         write (*, '(2a,i6,a,f6.2,a,f5.1,a)') names(level), ' arithmetic:', flop(level), &
+            ' flop per element (counted by bench/count_arithmetic.py),', 1.0e-3_dp*flop(level)/us(level), ' GFlop/s, ', &
+            0.1_dp*flop(level)/us(level)/peak, ' % of peak'
+      end do
+      call report('formulation (S), rotation vectors', costs(rotation_vector))
+      call use_section(formulation=formulation_p)
+      call report('formulation (P), quaternions', costs(rotation_quaternion))
+   end subroutine headline
+
+   subroutine options()
+      integer, parameter :: points(4) = [1, 2, 3, 5], sizes(5) = [1, 8, 16, 64, 1000]
+      integer :: i
+      character(len=40) :: name
+      call report('as shipped', costs(rotation_quaternion))
+      call report('rotation vectors', costs(rotation_vector))
+      call use_section(formulation=formulation_p)
+      call report('formulation (P)', costs(rotation_quaternion))
+      do i = 1, size(points)
+         call use_section(thickness_points=points(i))
+         write (name, '(a,i0)') 'thickness points: ', points(i)
+         call report(trim(name), costs(rotation_quaternion))
+      end do
+      call use_section(law_name='neo_hookean', names=['mu'], values=[200.0_wp])
+      call report('neo-Hookean, incompressible', costs(rotation_quaternion))
+      call use_section(law_name='compressible_neo_hookean', names=['e ', 'nu'], &
+                       values=[500.0_wp, 0.3_wp])
+      call report('compressible neo-Hookean', costs(rotation_quaternion))
+      call use_section(law_name='st_venant_kirchhoff', names=['e ', 'nu'], &
+                       values=[500.0_wp, 0.3_wp])
+      call report('St Venant-Kirchhoff', costs(rotation_quaternion))
+      call use_section()
+      do i = 1, size(sizes)
+         chunk = sizes(i)
+         write (name, '(a,i0)') 'elements per call: ', chunk
+         call report(trim(name), costs(rotation_quaternion))
+      end do
+      chunk = 1600
+      do i = 1, 2
+         threads = i
+         write (name, '(2(a,i0))') 'elements per call: ', chunk, ', threads: ', threads
+         call report(trim(name), costs(rotation_quaternion))
+      end do
+   end subroutine options
+
+   !> Mooney-Rivlin, (S) and 3 points unless told otherwise.
+   subroutine use_section(law_name, names, values, formulation, thickness_points)
+      character(len=*), intent(in), optional :: law_name, names(:)
+      real(wp), intent(in), optional :: values(:)
+      integer, intent(in), optional :: formulation, thickness_points
+      if (present(law_name)) then
+         call new_material(law, law_name, names, values, error)
+      else
+         call new_material(law, 'mooney_rivlin', ['c10', 'c01'], [80.0_wp, 20.0_wp], error)
+      end if
+      if (.not. allocated(error)) call new_section(section, law, 0.5_wp, error, formulation=formulation, &
+                                                   thickness_points=thickness_points)
+      if (allocated(error)) error stop error%message
+   end subroutine use_section
+
+   subroutine report(name, us)
       character(len=*), intent(in) :: name
-      real(dp), intent(in) :: e, f, k
-      write (*, '(a,t38,a,f7.3,a,f7.3,a,f7.3,a)') name, 'energy', e, '   force', f, '   force + tangent', k, '   us per element'
+      real(dp), intent(in) :: us(3)
+      write (*, '(a,t38,a,f7.3,a,f7.3,a,f7.3,a)') name, 'energy', us(1), '   force', us(2), '   force + tangent', us(3), &
+         '   us per element'
       flush (output_unit)
    end subroutine report
 
-   !> Best of several passes over the mesh, microseconds per element.
-   function best(name, convention, with_force, with_tangent) result(us)
-      character(len=*), intent(in) :: name
+   !> Microseconds per element for energy, force, force + tangent.
+   !>
+   !> The mesh is timed part by part, each part at its best of several passes: a part is shorter than the time slice of a busy
+   !> machine.
+   function costs(convention) result(us)
       integer, intent(in) :: convention
-      logical, intent(in) :: with_force, with_tangent
-      real(dp) :: us
-      integer, parameter :: chunk = 64
+      real(dp) :: us(3)
+      real(dp) :: part(n/1600)
       integer(int64) :: start, finish, rate
-      integer :: first, last, m, repeat
-      us = huge(us)
+      integer :: level, p, repeat
       call system_clock(count_rate=rate)
-      do repeat = 1, repeats
+      do level = level_energy, level_tangent
+         part = huge(part)
+         do repeat = 1, repeats
+            do p = 1, size(part)
+               call system_clock(start)
+               call evaluate(1600, 1600*(p - 1), convention, level)
+               call system_clock(finish)
+               part(p) = min(part(p), real(finish - start, dp)/real(rate, dp))
+            end do
+         end do
+         us(level - level_energy + 1) = 1.0e6_dp*sum(part)/n
+         if (any(status /= 0)) error stop 'bench_kernel: an element failed'
+      end do
+   end function costs
+
+   !> Elements offset + 1 ... offset + m, `chunk` of them in a call.
+   subroutine evaluate(m, offset, convention, level)
+      integer, intent(in) :: m, offset, convention, level
+      integer :: first, last
+      do first = offset + 1, offset + m, chunk
+         last = min(offset + m, first + chunk - 1)
+         if (convention == rotation_quaternion) then
+            call evaluate_call(last - first + 1, x(:, :, first:last), u(:, :, first:last), q(:, :, first:last), convention, level)
+         else
+            call evaluate_call(last - first + 1, x(:, :, first:last), u(:, :, first:last), r(:, :, first:last), convention, level)
+         end if
+      end do
+   end subroutine evaluate
+
+   subroutine evaluate_call(m, xm, um, rm, convention, level)
+      integer, intent(in) :: m, convention, level
+      real(wp), intent(in) :: xm(3, 3, m), um(3, 3, m), rm(:, :, :)
+      select case (level)
+      case (level_tangent)
+         call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), force(:, :m), tangent(:, :, :m), &
+                                threads=threads)
+      case (level_force)
+         call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), force(:, :m), threads=threads)
+      case default
+         call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), threads=threads)
+      end select
+   end subroutine evaluate_call
+
+   !> GFlop/s of one core on multiply-adds alone: chains of 32, many enough of them to hide the latency.
+   function peak_rate() result(rate)
+      real(dp) :: rate
+      integer, parameter :: m = 512, passes = 500
+      real(dp) :: a(m), b, c, t, best
+      integer(int64) :: start, finish, ticks
+      integer :: i, pass, repeat
+      a = [(1.0_dp/i, i=1, m)]
+      b = 1 - 1.0e-3_dp*energy(1)/(1 + abs(energy(1))) ! unknown to the compiler
+      c = 1.0e-3_dp
+      best = huge(best)
+      call system_clock(count_rate=ticks)
+      do repeat = 1, 100
          call system_clock(start)
-         ! chunks, as a host assembles: outputs stay in the cache
-         do first = 1, n, chunk
-            last = min(n, first + chunk - 1)
-            m = last - first + 1
-            if (convention == rotation_quaternion) then
-               call evaluate(m, x(:, :, first:last), u(:, :, first:last), q(:, :, first:last), convention, with_force, with_tangent)
-            else
-               call evaluate(m, x(:, :, first:last), u(:, :, first:last), r(:, :, first:last), convention, with_force, with_tangent)
-            end if
+         do pass = 1, passes
+            do i = 1, m
+               t = a(i)
+               t = (((((((t*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c
+               t = (((((((t*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c
+               t = (((((((t*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c
+               t = (((((((t*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c
+               a(i) = t
+            end do
          end do
          call system_clock(finish)
-         us = min(us, 1.0e6_dp*real(finish - start, dp)/real(rate, dp)/n)
+         best = min(best, real(finish - start, dp)/real(ticks, dp))
       end do
-      if (any(status /= 0)) error stop 'bench_kernel: an element failed in '//name
-   end function best
+      if (.not. all(a > 0)) error stop 'bench_kernel: multiply-adds went astray'
+      rate = 1.0e-9_dp*64*m*passes/best
+   end function peak_rate
 
-   subroutine evaluate(m, xm, um, rm, convention, with_force, with_tangent)
-      integer, intent(in) :: m, convention
-      real(wp), intent(in) :: xm(3, 3, m), um(3, 3, m), rm(:, :, :)
-      logical, intent(in) :: with_force, with_tangent
-      if (with_tangent) then
-         call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), force(:, :m), tangent(:, :, :m), threads=1)
-      else if (with_force) then
-         call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), force(:, :m), threads=1)
-      else
-         call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), threads=1)
-      end if
-   end subroutine evaluate
+   integer function integer_argument(i)
+      integer, intent(in) :: i
+      character(len=16) :: text
+      integer :: iostat
+      call get_command_argument(i, text)
+      read (text, *, iostat=iostat) integer_argument
+      if (iostat /= 0) error stop 'bench_kernel: expected an integer, found '//trim(text)
+   end function integer_argument
 
    !> A square of side 2 with displaced interior nodes, blown up into a dome; each node turned like the surface, and a little more.
    subroutine dome()
