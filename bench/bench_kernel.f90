@@ -86,8 +86,8 @@ contains
       call use_section(law_name='compressible_neo_hookean', names=['e ', 'nu'], &
                        values=[500.0_wp, 0.3_wp])
       call report('compressible neo-Hookean', costs(rotation_quaternion))
-      call use_section(law_name='st_venant_kirchhoff', names=['e ', 'nu'], &
-                       values=[500.0_wp, 0.3_wp])
+      ! no lateral contraction: the law has no thickness left at the stretches of the dome
+      call use_section(law_name='st_venant_kirchhoff', names=['e ', 'nu'], values=[500.0_wp, 0.0_wp])
       call report('St Venant-Kirchhoff', costs(rotation_quaternion))
       call use_section()
       do i = 1, size(sizes)
@@ -180,10 +180,10 @@ contains
       end select
    end subroutine evaluate_call
 
-   !> GFlop/s of one core on multiply-adds alone: chains of 32, many enough of them to hide the latency.
+   !> GFlop/s of one core on multiply-adds alone: chains of 8, short enough for the processor to see several at once.
    function peak_rate() result(rate)
       real(dp) :: rate
-      integer, parameter :: m = 512, passes = 500
+      integer, parameter :: m = 512, passes = 1000
       real(dp) :: a(m), b, c, t, best
       integer(int64) :: start, finish, ticks
       integer :: i, pass, repeat
@@ -197,18 +197,14 @@ contains
          do pass = 1, passes
             do i = 1, m
                t = a(i)
-               t = (((((((t*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c
-               t = (((((((t*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c
-               t = (((((((t*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c
-               t = (((((((t*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c
-               a(i) = t
+               a(i) = (((((((t*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c)*b + c
             end do
          end do
          call system_clock(finish)
          best = min(best, real(finish - start, dp)/real(ticks, dp))
       end do
       if (.not. all(a > 0)) error stop 'bench_kernel: multiply-adds went astray'
-      rate = 1.0e-9_dp*64*m*passes/best
+      rate = 1.0e-9_dp*16*m*passes/best
    end function peak_rate
 
    integer function integer_argument(i)

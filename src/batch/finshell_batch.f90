@@ -5,18 +5,18 @@
 !> number of threads nor on how a mesh is split into calls.
 module finshell_batch
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_element, only: evaluate_block, recover_block, rotation_vector, rotation_quaternion
+   use finshell_element, only: evaluate_block, recover_block, rotation_vector, rotation_quaternion, rotation_increment
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_section, only: section_t
    use finshell_status, only: status_ok, status_invalid_argument, status_not_a_number
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
    private
-   public :: evaluate_elements, recover_elements, rotation_vector, rotation_quaternion
+   public :: evaluate_elements, recover_elements, rotation_vector, rotation_quaternion, rotation_increment
 
    !> A block of elements, side by side.
    type :: block_t
-      real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3)
+      real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3), state(lanes, 4, 3)
    end type block_t
 
 contains
@@ -26,21 +26,24 @@ contains
    !> Force is the derivative of the stored energy with respect to u1 t1 u2 t2 u3 t3 (displacement and rotation of each node),
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
-   subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads)
+   subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
+                                state)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
       real(wp), intent(in) :: u(3, 3, n) !< displacements
       !> Nodal rotations, (4, 3, n) quaternions or (3, 3, n) rotation vectors as `convention` says.
       real(wp), intent(in) :: rotation(:, :, :)
-      integer, intent(in) :: convention !< rotation_quaternion or rotation_vector
+      integer, intent(in) :: convention !< rotation_quaternion, rotation_vector or rotation_increment
       integer(i4), intent(out) :: status(n) !< per element, see finshell_status
       real(wp), intent(out), optional :: energy(n), force(18, n), tangent(18, 18, n)
       real(wp), intent(in), optional :: direction(3, n) !< material direction 1, projected on the element; default global x
       integer, intent(in), optional :: threads !< default: OpenMP's, or 1 inside a parallel region
+      !> Quaternions that rotation_increment starts from: R = exp(rotation) state. Required by it, not looked at otherwise.
+      real(wp), intent(in), optional :: state(4, 3, n)
       integer :: b, blocks, level, team
 
-      if (bad_shape(rotation, convention, n)) then
+      if (bad_shape(rotation, convention, n, present(state))) then
          status = status_invalid_argument
          if (present(energy)) energy = 0
          if (present(force)) force = 0
@@ -57,13 +60,13 @@ contains
       if (team == 1 .or. blocks == 1) then
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction)
+                                direction, state)
          end do
       else
 !$omp parallel do schedule(static) num_threads(team)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction)
+                                direction, state)
          end do
 !$omp end parallel do
       end if
@@ -73,7 +76,8 @@ contains
    !>
    !> Components 11, 22, 12 refer to the material direction projected on the element (global x by default, z where x is normal
    !> to the element), carried along by the element's rotation.
-   subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction)
+   subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
+                               state)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -82,13 +86,13 @@ contains
       real(wp), intent(out), optional :: membrane_force(3, n) !< per reference length, conjugate to Green-Lagrange strain
       real(wp), intent(out), optional :: moment(3, n)
       real(wp), intent(out), optional :: stress(3, 3, n) !< Cauchy stress (component; bottom, middle, top; element)
-      real(wp), intent(in), optional :: direction(3, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
       type(block_t) :: block
       real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3), sigma(lanes, 3, 3)
       integer(i4) :: found(lanes)
       integer :: first, l
 
-      if (bad_shape(rotation, convention, n)) then
+      if (bad_shape(rotation, convention, n, present(state))) then
          status = status_invalid_argument
          if (present(stretch)) stretch = 0
          if (present(membrane_force)) membrane_force = 0
@@ -97,9 +101,14 @@ contains
          return
       end if
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, rotation, convention, block, direction)
-         call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found)
-         call check_input(block, found)
+         call gather(first, n, x, u, rotation, convention, block, direction, state)
+         if (convention == rotation_increment) then
+            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found, &
+                               block%state)
+         else
+            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found)
+         end if
+         call check_input(block, convention, found)
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             if (present(stretch)) stretch(first + l) = merge(s(l), 0.0_wp, found(l) == status_ok)
@@ -110,20 +119,22 @@ contains
       end do
    end subroutine recover_elements
 
-   !> Rotations must be (4, 3, >= n) quaternions or (3, 3, >= n) vectors.
-   pure logical function bad_shape(rotation, convention, n)
+   !> Rotations must be (4, 3, >= n) quaternions or (3, 3, >= n) vectors; increments need a state.
+   pure logical function bad_shape(rotation, convention, n, has_state)
       real(wp), intent(in) :: rotation(:, :, :)
       integer, intent(in) :: convention, n
+      logical, intent(in) :: has_state
       bad_shape = size(rotation, 1) /= merge(4, 3, convention == rotation_quaternion) .or. size(rotation, 2) /= 3 &
-                  .or. size(rotation, 3) < n .or. convention < rotation_vector .or. convention > rotation_quaternion
+                  .or. size(rotation, 3) < n .or. convention < rotation_vector .or. convention > rotation_increment &
+                  .or. (convention == rotation_increment .and. .not. has_state)
    end function bad_shape
 
    !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
-   pure subroutine gather(first, n, x, u, rotation, convention, block, direction)
+   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state)
       integer, intent(in) :: first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       type(block_t), intent(out) :: block
-      real(wp), intent(in), optional :: direction(3, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
       integer :: c, e, j, l
       do l = 1, lanes
          e = first + merge(l, 1, first + l <= n)
@@ -138,12 +149,14 @@ contains
          end do
          block%direction(l, :) = [1.0_wp, 0.0_wp, 0.0_wp]
          if (present(direction)) block%direction(l, :) = direction(:, e)
+         if (convention == rotation_increment) block%state(l, :, :) = state(:, :, e)
       end do
    end subroutine gather
 
    !> NaN and infinity in the input, found by one sum over it.
-   pure subroutine check_input(block, status)
+   pure subroutine check_input(block, convention, status)
       type(block_t), intent(in) :: block
+      integer, intent(in) :: convention
       integer(i4), intent(inout) :: status(lanes)
       real(wp) :: total(lanes)
       integer :: c, j
@@ -153,27 +166,45 @@ contains
             total = total + abs(block%x(:, c, j)) + abs(block%u(:, c, j)) + abs(block%rotation(:, c, j))
          end do
          total = total + abs(block%rotation(:, 4, j)) + abs(block%direction(:, j))
+         if (convention /= rotation_increment) cycle
+         do c = 1, 4
+            total = total + abs(block%state(:, c, j))
+         end do
+      end do
+      do j = 1, 3
+         ! a quaternion of zeros is no rotation
+         if (convention == rotation_quaternion) then
+            where (maxval(abs(block%rotation(:, :, j)), dim=2) <= 0) status = status_invalid_argument
+         else if (convention == rotation_increment) then
+            where (maxval(abs(block%state(:, :, j)), dim=2) <= 0) status = status_invalid_argument
+         end if
       end do
       where (.not. total <= huge(1.0_wp)) status = status_not_a_number
    end subroutine check_input
 
    !> Elements first + 1 ... of the batch.
-   subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction)
+   subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
+                             state)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
-      real(wp), intent(in), optional :: direction(3, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
       type(block_t) :: block
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
       integer(i4) :: found(lanes)
       integer :: i, j, l, used
 
       used = min(lanes, n - first)
-      call gather(first, n, x, u, rotation, convention, block, direction)
-      call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
-      call check_input(block, found)
+      call gather(first, n, x, u, rotation, convention, block, direction, state)
+      if (convention == rotation_increment) then
+         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
+                             block%state)
+      else
+         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
+      end if
+      call check_input(block, convention, found)
       status(first + 1:first + used) = found(1:used)
       do l = 1, used
          if (found(l) == status_ok) cycle
