@@ -14,16 +14,17 @@
 !> u1 t1 u2 t2 u3 t3, k (18, 18, n) its exact symmetric tangent. status(e) > 0: cut the step; < 0: wrong input. Any consistent
 !> units. An error is allocated exactly when a call failed; error%message says what to do.
 module finshell
-   use finshell_batch, only: evaluate_elements, recover_elements, rotation_quaternion, rotation_vector
+   use finshell_batch, only: evaluate_elements, recover_elements, rotation_increment, rotation_quaternion, rotation_vector
    use finshell_error, only: error_t
    use finshell_kinds, only: i4, wp
+   use finshell_mass, only: mass_elements
    use finshell_material, only: material_t
    use finshell_pressure, only: enclosed_volume, follower_pressure
    use finshell_quaternion, only: matrix_to_quaternion, quaternion_conjugate, quaternion_normalise, quaternion_product, &
       quaternion_to_matrix, quaternion_to_rotation_vector, rotation_vector_to_quaternion, update_quaternion
    use finshell_registry, only: material_names, material_parameters, new_material
    use finshell_rotation, only: complement_rotation, exp_rotation, inverse_tangent_operator, log_rotation, tangent_operator
-   use finshell_section, only: formulation_p, formulation_s, new_section, section_t
+   use finshell_section, only: formulation_p, formulation_s, new_layered_section, new_section, ply_t, section_t
    use finshell_status, only: status_ok, status_text
    use finshell_version, only: version
    implicit none

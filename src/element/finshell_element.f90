@@ -11,31 +11,33 @@ module finshell_element
    use finshell_reference, only: reference_t, new_reference
    use finshell_section, only: section_t, cauchy_stress
    use finshell_status, only: status_invalid_argument
-   use finshell_vector_rotation, only: vector_rotation_t, new_vector_rotation, turned_frame, add_vector_curvature
+   use finshell_vector_rotation, only: vector_rotation_t, new_vector_rotation, turn_state, turned_frame, add_vector_curvature
    use finshell_voigt, only: rotate_stress
    implicit none
    private
-   public :: evaluate_block, recover_block, rotation_vector, rotation_quaternion
+   public :: evaluate_block, recover_block, rotation_vector, rotation_quaternion, rotation_increment
 
    !> How nodal rotations are given, and what force and tangent refer to.
    !> rotation_vector: total rotation vectors (3 numbers), exact Hessian. rotation_quaternion: unit quaternions (4 numbers, scalar
-   !> first), spins.
-   integer, parameter :: rotation_vector = 1, rotation_quaternion = 2
+   !> first), spins. rotation_increment: rotation vectors since a state given as quaternions, R = exp(increment) R_state; the exact
+   !> Hessian with respect to the increment.
+   integer, parameter :: rotation_vector = 1, rotation_quaternion = 2, rotation_increment = 3
 
 contains
 
    !> Energy, force and tangent of a block of elements.
    pure subroutine evaluate_block(section, level, nodes, displacement, rotation, convention, direction, energy, force, tangent, &
-                                  status)
+                                  status, state)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3) !< (element, component, node)
       real(wp), intent(in) :: rotation(lanes, 4, 3) !< quaternion, or rotation vector in the first three components
-      integer, intent(in) :: convention !< rotation_vector or rotation_quaternion
+      integer, intent(in) :: convention !< rotation_vector, rotation_quaternion or rotation_increment
       real(wp), intent(in) :: direction(lanes, 3) !< material direction 1, global; used when the section is not isotropic
       real(wp), intent(inout) :: energy(lanes), force(lanes, 18)
       real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle
       integer(i4), intent(out) :: status(lanes)
+      real(wp), intent(in), optional :: state(lanes, 4, 3) !< quaternions an increment starts from
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
@@ -43,11 +45,12 @@ contains
       real(wp) :: node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
       integer :: i
 
-      if (convention == rotation_vector) then
-         call new_vector_rotation(level, rotation(:, 1:3, :), vectors)
-         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
-      else
+      if (convention == rotation_quaternion) then
          call deform(nodes, displacement, rotation, ref, filter, status)
+      else
+         call new_vector_rotation(level, rotation(:, 1:3, :), vectors)
+         if (present(state)) call turn_state(vectors, state)
+         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
       end if
       axes(:, 1) = 1
       axes(:, 2) = 0
@@ -57,21 +60,21 @@ contains
       if (level < level_force) return
 
       do i = 1, 3
-         if (convention == rotation_vector) then
-            call turned_frame(vectors, i, filter%rotation, node_frame(:, :, :, i))
-         else
+         if (convention == rotation_quaternion) then
             node_frame(:, :, :, i) = filter%rotation
+         else
+            call turned_frame(vectors, i, filter%rotation, node_frame(:, :, :, i))
          end if
       end do
       call lift(level, ref, filter, core, node_frame, force, moment, tangent)
-      if (level == level_tangent .and. convention == rotation_vector) call add_vector_curvature(vectors, moment, tangent)
+      if (level == level_tangent .and. convention /= rotation_quaternion) call add_vector_curvature(vectors, moment, tangent)
    end subroutine evaluate_block
 
    !> Resultants, thickness stretch and stresses of a block of elements.
    !>
    !> Components refer to the material direction projected on the element and the in-plane normal to it, carried along by R.
    pure subroutine recover_block(section, nodes, displacement, rotation, convention, direction, stretch, force, moment, stress, &
-                                 status)
+                                 status, state)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3)
       integer, intent(in) :: convention
@@ -80,6 +83,7 @@ contains
       real(wp), intent(out) :: moment(lanes, 3) !< M11, M22, M12
       real(wp), intent(out) :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
       integer(i4), intent(out) :: status(lanes)
+      real(wp), intent(in), optional :: state(lanes, 4, 3)
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
@@ -88,11 +92,12 @@ contains
       integer(i4) :: found(lanes)
       integer :: i
 
-      if (convention == rotation_vector) then
-         call new_vector_rotation(level_energy, rotation(:, 1:3, :), vectors)
-         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
-      else
+      if (convention == rotation_quaternion) then
          call deform(nodes, displacement, rotation, ref, filter, status)
+      else
+         call new_vector_rotation(level_energy, rotation(:, 1:3, :), vectors)
+         if (present(state)) call turn_state(vectors, state)
+         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
       end if
       call material_direction(ref, direction, axes, status)
       call evaluate_core(section, level_force, ref, filter, axes, core, status)
@@ -105,7 +110,7 @@ contains
       end do
       found = 0
       do i = 1, 3
-         call cauchy_stress(section, 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, stress(:, :, i), found)
+         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, stress(:, :, i), found)
       end do
       where (status == 0) status = found
       ! from the element frame into the material direction

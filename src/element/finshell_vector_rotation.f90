@@ -7,7 +7,7 @@ module finshell_vector_rotation
    use finshell_rotation_coefficients, only: tangent_coefficients
    implicit none
    private
-   public :: vector_rotation_t, new_vector_rotation, turned_frame, add_vector_curvature
+   public :: vector_rotation_t, new_vector_rotation, turn_state, turned_frame, add_vector_curvature
 
    type :: vector_rotation_t
       real(wp) :: theta(lanes, 3, 3) !< rotation vectors (component, node)
@@ -40,6 +40,23 @@ contains
       if (level < level_force) return
       call tangent_coefficients(3*lanes, angle, sine, cosine, c1, v%c2, v%c3, v%dc2, v%dc3)
    end subroutine new_vector_rotation
+
+   !> Increments since a state: the rotations are exp(theta) state; spins and their derivatives stay those of theta.
+   pure subroutine turn_state(v, state)
+      type(vector_rotation_t), intent(inout) :: v
+      real(wp), intent(in) :: state(lanes, 4, 3) !< quaternions, any length
+      real(wp) :: a(lanes, 4)
+      integer :: i
+      do i = 1, 3
+         a = v%quaternion(:, :, i)
+         associate (b => state(:, :, i), c => v%quaternion(:, :, i))
+            c(:, 1) = a(:, 1)*b(:, 1) - (a(:, 2)*b(:, 2) + a(:, 3)*b(:, 3) + a(:, 4)*b(:, 4))
+            c(:, 2) = a(:, 1)*b(:, 2) + b(:, 1)*a(:, 2) + (a(:, 3)*b(:, 4) - a(:, 4)*b(:, 3))
+            c(:, 3) = a(:, 1)*b(:, 3) + b(:, 1)*a(:, 3) + (a(:, 4)*b(:, 2) - a(:, 2)*b(:, 4))
+            c(:, 4) = a(:, 1)*b(:, 4) + b(:, 1)*a(:, 4) + (a(:, 2)*b(:, 3) - a(:, 3)*b(:, 2))
+         end associate
+      end do
+   end subroutine turn_state
 
    !> T' applied to the columns of a frame: the axes as the rotation vector of node i sees them.
    pure subroutine turned_frame(v, i, frame, turned)

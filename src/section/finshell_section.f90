@@ -11,7 +11,7 @@ module finshell_section
    use finshell_voigt, only: rotate_strain, rotate_stress, rotate_tangent
    implicit none
    private
-   public :: section_t, layer_t, resultants_t, new_section, integrate, midsurface_thickness, reference_membrane_tangent, &
+   public :: section_t, layer_t, ply_t, resultants_t, new_section, new_layered_section, integrate, midsurface_thickness, reference_membrane_tangent, &
       cauchy_stress
    public :: formulation_s, formulation_p, points_per_block, default_beta0, default_points
 
@@ -21,6 +21,15 @@ module finshell_section
    integer, parameter :: points_per_block = 3*lanes !< three in-plane points of each element of a block
    real(wp), parameter :: default_beta0 = 0.01_wp
    integer, parameter :: default_points = 3
+
+   !> A layer as the user gives it to `new_layered_section`.
+   type :: ply_t
+      class(material_t), allocatable :: law
+      real(wp) :: thickness = 0 !< > 0
+      real(wp) :: angle = 0 !< degrees, from the element's material direction to the layer's axis 1, about the normal
+      integer :: points = default_points !< Gauss points through the layer, 1 to 12
+      real(wp) :: density = 0 !< mass per reference volume, >= 0
+   end type ply_t
 
    type :: layer_t
       class(material_t), allocatable :: law
@@ -35,6 +44,8 @@ module finshell_section
       type(layer_t), allocatable :: layers(:) !< bottom to top
       integer :: midsurface_layer = 1 !< gives the thickness stretch
       real(wp) :: thickness = 0
+      real(wp) :: offset = 0 !< height of the middle of the section above the surface of the nodes, along the normal
+      real(wp) :: inertia(3) = 0 !< integrals of density times 1, z, z^2 through the thickness; z from the surface of the nodes
       integer :: formulation = formulation_s
       real(wp) :: beta0 = default_beta0 !< weight of the higher-order drilling strain
       logical :: isotropic = .true. !< no layer depends on a material direction
@@ -52,8 +63,8 @@ module finshell_section
 
 contains
 
-   !> A one-layer section.
-   subroutine new_section(section, law, thickness, error, formulation, beta0, thickness_points)
+   !> A one-layer section, the nodes on its midsurface.
+   subroutine new_section(section, law, thickness, error, formulation, beta0, thickness_points, density, offset)
       type(section_t), intent(out) :: section
       class(material_t), intent(in) :: law
       real(wp), intent(in) :: thickness !< > 0
@@ -61,36 +72,98 @@ contains
       integer, intent(in), optional :: formulation !< formulation_s (default) or formulation_p
       real(wp), intent(in), optional :: beta0 !< > 0; default 0.01
       integer, intent(in), optional :: thickness_points !< Gauss points through the thickness, 1 to 12; default 3
-      real(wp), allocatable :: x(:), w(:)
-      integer :: n
+      real(wp), intent(in), optional :: density !< mass per reference volume, for the mass matrix only; default 0
+      real(wp), intent(in), optional :: offset !< height of the midsurface above the surface of the nodes; default 0
+      type(ply_t) :: ply(1)
 
-      n = default_points
-      if (present(thickness_points)) n = thickness_points
+      allocate (ply(1)%law, source=law)
+      ply(1)%thickness = thickness
+      if (present(thickness_points)) ply(1)%points = thickness_points
+      if (present(density)) ply(1)%density = density
+      call new_layered_section(section, ply, error, formulation, beta0, offset)
+   end subroutine new_section
+
+   !> A section of several layers, bottom to top.
+   !>
+   !> Errors (status_invalid_argument): no layer or a layer without law, a thickness that is not positive, a number of points
+   !> outside 1 to 12, an angle, density, offset or option that makes no sense. The thickness stretch is that of the layer at
+   !> the surface of the nodes, or of the one nearest to it.
+   subroutine new_layered_section(section, plies, error, formulation, beta0, offset)
+      type(section_t), intent(out) :: section
+      type(ply_t), intent(in) :: plies(:) !< bottom to top
+      type(error_t), allocatable, intent(out) :: error
+      integer, intent(in), optional :: formulation
+      real(wp), intent(in), optional :: beta0, offset
+      real(wp), parameter :: degree = acos(-1.0_wp)/180
+      real(wp) :: bottom, middle
+      integer :: i
+
       if (present(formulation)) section%formulation = formulation
       if (present(beta0)) section%beta0 = beta0
-      if (.not. (thickness > 0 .and. thickness < huge(thickness))) then
-         call raise(error, status_invalid_argument, 'thickness is '//text_of(real(thickness, dp))//', expected a positive number')
-      else if (n < 1 .or. n > max_gauss_points) then
-         call raise(error, status_invalid_argument, 'thickness_points is '//text_of(n)//', expected 1 to ' &
-                    //text_of(max_gauss_points))
-      else if (.not. (section%beta0 > 0 .and. section%beta0 < huge(thickness))) then
+      if (present(offset)) section%offset = offset
+      if (size(plies) == 0) call raise(error, status_invalid_argument, 'a section needs at least one layer')
+      do i = 1, size(plies)
+         if (complaint(plies(i)) == '') cycle
+         if (size(plies) == 1) then
+            call raise(error, status_invalid_argument, trim(complaint(plies(i))))
+         else
+            call raise(error, status_invalid_argument, 'layer '//text_of(i)//': '//trim(complaint(plies(i))))
+         end if
+         exit
+      end do
+      if (allocated(error)) return
+      if (.not. (section%beta0 > 0 .and. section%beta0 < huge(1.0_wp))) then
          call raise(error, status_invalid_argument, 'beta0 is '//text_of(real(section%beta0, dp))//', expected a positive number')
       else if (section%formulation /= formulation_s .and. section%formulation /= formulation_p) then
          call raise(error, status_invalid_argument, 'formulation is '//text_of(section%formulation)//', expected 1 (S) or 2 (P)')
+      else if (.not. abs(section%offset) < huge(1.0_wp)) then
+         call raise(error, status_invalid_argument, 'offset is '//text_of(real(section%offset, dp))//', expected a finite number')
       end if
       if (allocated(error)) return
 
-      section%thickness = thickness
-      section%isotropic = law%isotropic
-      allocate (section%layers(1))
-      allocate (section%layers(1)%law, source=law)
-      section%layers(1)%thickness = thickness
-      section%layers(1)%points = n
-      allocate (x(n), w(n))
-      call gauss_legendre(x, w)
-      section%layers(1)%z(:n) = 0.5_wp*thickness*x
-      section%layers(1)%weight(:n) = 0.5_wp*thickness*w
-   end subroutine new_section
+      section%thickness = sum(plies%thickness)
+      section%isotropic = .true.
+      allocate (section%layers(size(plies)))
+      bottom = -0.5_wp*section%thickness
+      do i = 1, size(plies)
+         middle = bottom + 0.5_wp*plies(i)%thickness
+         ! exactly: a layer that fills the section is centred
+         if (size(plies) == 1) middle = 0
+         middle = middle + section%offset
+         bottom = bottom + plies(i)%thickness
+         associate (layer => section%layers(i), ply => plies(i))
+            allocate (layer%law, source=ply%law)
+            section%isotropic = section%isotropic .and. ply%law%isotropic
+            layer%thickness = ply%thickness
+            layer%cosine = cos(degree*ply%angle)
+            layer%sine = sin(degree*ply%angle)
+            layer%points = ply%points
+            call gauss_legendre(layer%z(:ply%points), layer%weight(:ply%points))
+            layer%z(:ply%points) = middle + 0.5_wp*ply%thickness*layer%z(:ply%points)
+            layer%weight(:ply%points) = 0.5_wp*ply%thickness*layer%weight(:ply%points)
+            section%inertia = section%inertia + ply%density*ply%thickness*[1.0_wp, middle, middle**2 + ply%thickness**2/12]
+         end associate
+         if (i < size(plies) .and. bottom + section%offset <= 0) section%midsurface_layer = i + 1
+      end do
+   end subroutine new_layered_section
+
+   !> What is wrong with a layer, blank when nothing is.
+   pure function complaint(ply) result(message)
+      type(ply_t), intent(in) :: ply
+      character(len=100) :: message
+      message = ''
+      if (.not. allocated(ply%law)) then
+         message = 'a material law is missing'
+      else if (.not. (ply%thickness > 0 .and. ply%thickness < huge(1.0_wp))) then
+         message = 'thickness is '//text_of(real(ply%thickness, dp))//', expected a positive number'
+      else if (ply%points < 1 .or. ply%points > max_gauss_points) then
+         message = 'thickness_points is '//text_of(ply%points)//', expected 1 to '//text_of(max_gauss_points)
+      else if (.not. abs(ply%angle) < huge(1.0_wp)) then
+         message = 'angle is '//text_of(real(ply%angle, dp))//', expected a finite number of degrees'
+      else if (.not. (ply%density >= 0 .and. ply%density < huge(1.0_wp))) then
+         message = 'density is '//text_of(real(ply%density, dp))//', expected a number >= 0'
+      end if
+   end function complaint
 
    !> Resultants of a block of points: strain at reference height z is `membrane + z curvature`.
    pure subroutine integrate(section, level, membrane, curvature, axes, r, status)
@@ -198,7 +271,7 @@ contains
    !> Cauchy stress (element frame, rotated back) at a reference height: sigma = U S U/(det U lambda_3), U from the local strain.
    pure subroutine cauchy_stress(section, height, membrane, curvature, axes, sigma, status)
       type(section_t), intent(in) :: section
-      real(wp), intent(in) :: height !< -thickness/2 (bottom) to thickness/2 (top)
+      real(wp), intent(in) :: height !< offset - thickness/2 (bottom) to offset + thickness/2 (top)
       real(wp), intent(in) :: membrane(lanes, 3), curvature(lanes, 3), axes(lanes, 2)
       real(wp), intent(out) :: sigma(lanes, 3)
       integer(i4), intent(inout) :: status(lanes)
@@ -208,7 +281,7 @@ contains
       real(wp) :: top
       integer :: layer
 
-      top = -0.5_wp*section%thickness
+      top = section%offset - 0.5_wp*section%thickness
       do layer = 1, size(section%layers) - 1
          top = top + section%layers(layer)%thickness
          if (height <= top) exit

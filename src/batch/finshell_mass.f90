@@ -1,0 +1,73 @@
+!> Mass matrix of the element, consistent or lumped, with rotational inertia.
+!>
+!> Displacement and spin are interpolated linearly. Kinetic energy per reference area, with the inertia I0, I1, I2 of the
+!> section (integrals of density times 1, z, z^2) and the reference normal d:
+!>
+!>     (I0 v.v + 2 I1 v.(w x d) + I2 w.w)/2
+!>
+!> I2 acts on all three spins, the drilling one included: the matrix is positive definite and, without offset, does not depend
+!> on the direction of the normal, so that it stays constant in large motions. Rates refer to displacements and
+!> spins; at a rotation vector theta the spin is T(theta) times its rate.
+module finshell_mass
+   use finshell_kinds, only: wp, i4
+   use finshell_rotation, only: cross_product, spin
+   use finshell_section, only: section_t
+   use finshell_status, only: status_degenerate_reference, status_not_a_number, status_ok
+   implicit none
+   private
+   public :: mass_elements
+
+contains
+
+   !> Mass matrices of n elements. What is not present is not computed; a failed element gets zeros and its status.
+   pure subroutine mass_elements(section, n, x, status, consistent, lumped)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: n !< number of elements
+      real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
+      integer(i4), intent(out) :: status(n)
+      real(wp), intent(out), optional :: consistent(18, 18, n) !< order u1 t1 u2 t2 u3 t3, symmetric
+      real(wp), intent(out), optional :: lumped(18, n) !< diagonal: a third of the element per node; no I1
+      real(wp) :: normal(3), length, area, a(3), b(3), coupling(3, 3), share
+      integer :: c, e, i, j, p, q
+
+      do e = 1, n
+         a = x(:, 2, e) - x(:, 1, e)
+         b = x(:, 3, e) - x(:, 1, e)
+         normal = cross_product(a, b)
+         length = norm2(normal)
+         area = 0.5_wp*length
+         status(e) = status_ok
+         if (.not. sum(abs(x(:, :, e))) <= huge(1.0_wp)) then
+            status(e) = status_not_a_number
+         else if (.not. length > 64*epsilon(1.0_wp)*norm2(a)*norm2(b)) then
+            status(e) = status_degenerate_reference
+         end if
+         if (present(lumped)) lumped(:, e) = 0
+         if (present(consistent)) consistent(:, :, e) = 0
+         if (status(e) /= status_ok) cycle
+         if (present(lumped)) then
+            do i = 0, 12, 6
+               lumped(i + 1:i + 3, e) = section%inertia(1)*area/3
+               lumped(i + 4:i + 6, e) = section%inertia(3)*area/3
+            end do
+         end if
+         if (.not. present(consistent)) cycle
+         ! v.(w x d) = v.(spin(d)' w)
+         coupling = transpose(spin(normal/length))
+         do j = 1, 3
+            do i = 1, 3
+               share = area/12
+               if (i == j) share = area/6
+               p = 6*i - 6
+               q = 6*j - 6
+               do c = 1, 3
+                  consistent(p + c, q + c, e) = section%inertia(1)*share
+                  consistent(p + 3 + c, q + 3 + c, e) = section%inertia(3)*share
+               end do
+               consistent(p + 1:p + 3, q + 4:q + 6, e) = (section%inertia(2)*share)*coupling
+               consistent(p + 4:p + 6, q + 1:q + 3, e) = (section%inertia(2)*share)*transpose(coupling)
+            end do
+         end do
+      end do
+   end subroutine mass_elements
+end module finshell_mass
