@@ -194,7 +194,7 @@ contains
       type(block_t) :: block
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
       integer(i4) :: found(lanes)
-      integer :: i, j, l, used
+      integer :: i, l, used
 
       used = min(lanes, n - first)
       call gather(first, n, x, u, rotation, convention, block, direction, state)
@@ -220,15 +220,24 @@ contains
             end do
          end do
       end if
-      if (present(tangent)) then
+      if (present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
+   end subroutine evaluate_chunk
+
+   !> Tangents of a block, upper triangles side by side, as full matrices one after the other.
+   pure subroutine separate(used, block, elements)
+      integer, intent(in) :: used
+      real(wp), intent(in) :: block(lanes, 18, 18)
+      real(wp), intent(inout) :: elements(18, 18, used)
+      integer :: i, j, l
+      do l = 1, used
          do j = 1, 18
             do i = 1, j
-               do l = 1, used
-                  tangent(i, j, first + l) = kb(l, i, j)
-                  tangent(j, i, first + l) = kb(l, i, j)
-               end do
+               elements(i, j, l) = block(l, i, j)
+            end do
+            do i = j + 1, 18
+               elements(i, j, l) = block(l, j, i)
             end do
          end do
-      end if
-   end subroutine evaluate_chunk
+      end do
+   end subroutine separate
 end module finshell_batch
