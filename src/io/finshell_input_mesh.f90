@@ -99,14 +99,17 @@ contains
       subroutine generate_disk()
          character(len=:), allocatable :: portion
          real(wp) :: radius, grading
-         integer :: rings, sectors
+         integer :: rings, sectors, core
+         rings = 0
          call get(group, 'radius', radius, error, above=0.0_wp)
          call get(group, 'rings', rings, error, minimum=1)
          call get(group, 'portion', portion, error, default='quarter', choices='full, half, quarter, eighth')
          call get(group, 'sectors', sectors, error, default=8, minimum=3)
+         call get(group, 'core', core, error, default=rings, minimum=1)
          call get(group, 'grading', grading, error, default=1.0_wp, above=0.0_wp)
+         call get(group, 'diagonal', diagonal, error, default='alternating', choices='forward, backward, alternating')
          call check_all_used(group, error)
-         if (.not. allocated(error)) call disk_mesh(mesh, radius, rings, refusal, portion, sectors, grading)
+         if (.not. allocated(error)) call disk_mesh(mesh, radius, rings, refusal, portion, sectors, core, grading, diagonal)
       end subroutine generate_disk
 
       subroutine generate_quadrilateral()

@@ -1,7 +1,8 @@
-!> Meshes of circular disks and their symmetric parts: concentric rings of nearly equal triangles.
+!> Meshes of circular disks and their symmetric parts: concentric rings of triangles.
 !>
-!> Ring k has k times as many edges as the first one, so element size is uniform and there is no crowd of slender triangles at the
-!> centre. Each sector is mirror-symmetric about its own axis: no diagonal direction is preferred.
+!> In the core the number of edges grows from ring to ring, ring k having k times as many as the first one, so there is no crowd
+!> of slender triangles at the centre; outside of the core it stays the same. The longer the rim edges compared with the width of
+!> the rings, the better a disk bears being stretched radially to a multiple of its size.
 module finshell_mesh_disk
    use finshell_kinds, only: wp, dp
    use finshell_error, only: error_t, raise, text_of
@@ -18,31 +19,40 @@ contains
 
    !> Disk in the plane z = 0 about the origin, normal +z: whole, half (y >= 0), quarter (x, y >= 0) or eighth (0 <= y <= x).
    !>
-   !> A whole disk has sectors*rings**2 elements, a quarter of the disk a quarter of that. Sets: centre, rim, and on the straight
-   !> edges edge_y0 (y = 0; half, quarter, eighth), edge_x0 (x = 0; quarter), edge_diagonal (x = y; eighth); the ends of the
-   !> straight edges on the rim are rim_x (on +x, always), rim_y (on +y; not the eighth, nor
-   !> where the mesh has no node there), rim_diagonal (eighth).
-   subroutine disk_mesh(mesh, radius, rings, error, portion, sectors, grading)
+   !> A whole disk has sectors*core*(2*rings - core) elements, a quarter of the disk a quarter of that. Sets: centre, rim, and on
+   !> the straight edges edge_y0 (y = 0; half, quarter, eighth), edge_x0 (x = 0; quarter), edge_diagonal (x = y; eighth); the ends
+   !> of the straight edges on the rim are rim_x (on +x, always), rim_y (on +y; not the eighth, nor where the mesh has no node
+   !> there), rim_diagonal (eighth).
+   subroutine disk_mesh(mesh, radius, rings, error, portion, sectors, core, grading, diagonal)
       type(mesh_t), intent(out) :: mesh
       real(wp), intent(in) :: radius
       integer, intent(in) :: rings !< elements from the centre to the rim
       type(error_t), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: portion !< 'full', 'half', 'quarter' (default) or 'eighth'
       !> Edges of the first ring around the whole disk: default 8; a multiple of 1, 2, 4, 8 for full, half, quarter, eighth;
-      !> rim edges around the whole disk are sectors*rings.
+      !> rim edges around the whole disk are sectors*core.
       integer, intent(in), optional :: sectors
+      integer, intent(in), optional :: core !< rings whose number of edges grows; default: all
       real(wp), intent(in), optional :: grading !< width of the ring at the rim over that at the centre (geometric); default 1
-      character(len=:), allocatable :: chosen_portion
+      !> Of the cells outside of the core: 'forward' joins the inner node to the outer one at the larger angle, 'backward' the other
+      !> two, 'alternating' (default) changes from cell to cell.
+      character(len=*), intent(in), optional :: diagonal
+      character(len=:), allocatable :: chosen_portion, cut
       real(wp), allocatable :: x(:, :)
       integer, allocatable :: t(:, :)
       real(wp) :: ratio, r, a
-      integer :: parts, around, m, k, j, s, nodes, elements
+      integer, allocatable :: segments(:), before(:)
+      integer :: parts, around, grows, m, k, j, s, elements
       logical :: closed
 
       chosen_portion = 'quarter'
       if (present(portion)) chosen_portion = portion
       around = 8
       if (present(sectors)) around = sectors
+      grows = rings
+      if (present(core)) grows = core
+      cut = 'alternating'
+      if (present(diagonal)) cut = diagonal
       ratio = 1.0_wp
       if (present(grading)) ratio = grading
       select case (chosen_portion)
@@ -63,31 +73,52 @@ contains
             //' disk, a multiple of '//text_of(parts))
          return
       end if
-      m = around/parts
-      if (rings < 1 .or. real(m, wp)*real(rings, wp)**2 > 2.0e8_wp) then
-         call raise(error, status_input_error, 'rings = '//text_of(rings)//' must be positive and give fewer than 2e8 elements')
-         return
+      if (cut /= 'forward' .and. cut /= 'backward' .and. cut /= 'alternating') then
+         call raise(error, status_input_error, "diagonal = '"//cut//"' is not known for a disk; known are: forward, backward, " &
+            //'alternating')
+      else if (rings < 1 .or. grows < 1 .or. grows > rings) then
+         call raise(error, status_input_error, 'rings = '//text_of(rings)//', core = '//text_of(grows) &
+            //': both must be positive, and core at most rings')
+      else if (real(around, wp)*grows*rings > 1.0e8_wp) then
+         call raise(error, status_input_error, 'rings = '//text_of(rings)//', core = '//text_of(grows)//' give too many elements')
       end if
+      if (allocated(error)) return
+      m = around/parts
       closed = parts == 1
-      nodes = 1 + m*rings*(rings + 1)/2
-      if (.not. closed) nodes = nodes + rings
-      allocate (x(3, nodes), t(3, m*rings**2))
+      segments = [(m*min(k, grows), k=1, rings)]
+      allocate (before(rings))
+      before(1) = 1
+      do k = 2, rings
+         before(k) = before(k - 1) + segments(k - 1) + merge(0, 1, closed)
+      end do
+      allocate (x(3, before(rings) + segments(rings) + merge(0, 1, closed)), t(3, m*grows*(2*rings - grows)))
       x(:, 1) = 0.0_wp
       do k = 1, rings
          r = radius*ring_position(k, rings, ratio)
-         do j = 0, merge(m*k - 1, m*k, closed)
-            a = 2.0_wp*pi/parts*real(j, wp)/(m*k)
+         do j = 0, merge(segments(k) - 1, segments(k), closed)
+            a = 2.0_wp*pi/parts*real(j, wp)/segments(k)
             x(:, ring_node(k, j)) = [r*cos(a), r*sin(a), 0.0_wp]
          end do
       end do
       call snap_to_planes(x)
       elements = 0
-      do k = 1, rings
+      do k = 1, grows
          do s = 0, m - 1
             do j = 1, k
                call append(ring_node(k - 1, s*(k - 1) + j - 1), ring_node(k, s*k + j - 1), ring_node(k, s*k + j))
                if (j < k) call append(ring_node(k - 1, s*(k - 1) + j - 1), ring_node(k, s*k + j), ring_node(k - 1, s*(k - 1) + j))
             end do
+         end do
+      end do
+      do k = grows + 1, rings
+         do j = 0, segments(k) - 1
+            if (cut == 'forward' .or. (cut == 'alternating' .and. mod(k - grows + j, 2) == 1)) then
+               call append(ring_node(k - 1, j), ring_node(k, j), ring_node(k, j + 1))
+               call append(ring_node(k - 1, j), ring_node(k, j + 1), ring_node(k - 1, j + 1))
+            else
+               call append(ring_node(k - 1, j), ring_node(k, j), ring_node(k - 1, j + 1))
+               call append(ring_node(k, j), ring_node(k, j + 1), ring_node(k - 1, j + 1))
+            end if
          end do
       end do
       call new_mesh(mesh, x, t)
@@ -107,28 +138,35 @@ contains
          if (k == 0) then
             ring_node = 1
          else if (closed) then
-            ring_node = 2 + m*k*(k - 1)/2 + mod(j, m*k)
+            ring_node = before(k) + 1 + mod(j, segments(k))
          else
-            ring_node = 2 + m*k*(k - 1)/2 + (k - 1) + j
+            ring_node = before(k) + 1 + j
          end if
       end function ring_node
 
+      !> End of the arc of a ring; the centre for ring 0.
+      pure integer function last_node(k)
+         integer, intent(in) :: k
+         last_node = 1
+         if (k > 0) last_node = ring_node(k, segments(k))
+      end function last_node
+
       subroutine add_sets()
          integer :: i, rim_edges
-         rim_edges = m*rings
+         rim_edges = segments(rings)
          call add_node_set(mesh, 'centre', [1])
          call add_edge_set(mesh, 'rim', pairs([(ring_node(rings, i), i=0, rim_edges)]))
          call add_node_set(mesh, 'rim_x', [ring_node(rings, 0)])
          if (parts <= 4 .and. mod(rim_edges*parts, 4) == 0) call add_node_set(mesh, 'rim_y', [ring_node(rings, rim_edges*parts/4)])
          select case (parts)
          case (2)
-            call add_edge_set(mesh, 'edge_y0', pairs([(ring_node(i, m*i), i=rings, 1, -1), (ring_node(i, 0), i=0, rings)]))
+            call add_edge_set(mesh, 'edge_y0', pairs([(last_node(i), i=rings, 1, -1), (ring_node(i, 0), i=0, rings)]))
          case (4)
             call add_edge_set(mesh, 'edge_y0', pairs([(ring_node(i, 0), i=0, rings)]))
-            call add_edge_set(mesh, 'edge_x0', pairs([(ring_node(i, m*i), i=0, rings)]))
+            call add_edge_set(mesh, 'edge_x0', pairs([(last_node(i), i=0, rings)]))
          case (8)
             call add_edge_set(mesh, 'edge_y0', pairs([(ring_node(i, 0), i=0, rings)]))
-            call add_edge_set(mesh, 'edge_diagonal', pairs([(ring_node(i, m*i), i=0, rings)]))
+            call add_edge_set(mesh, 'edge_diagonal', pairs([(last_node(i), i=0, rings)]))
             call add_node_set(mesh, 'rim_diagonal', [ring_node(rings, rim_edges)])
          end select
       end subroutine add_sets
