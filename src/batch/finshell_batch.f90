@@ -158,7 +158,7 @@ contains
       type(block_t), intent(in) :: block
       integer, intent(in) :: convention
       integer(i4), intent(inout) :: status(lanes)
-      real(wp) :: total(lanes)
+      real(wp) :: total(lanes), length(lanes)
       integer :: c, j
       total = 0
       do j = 1, 3
@@ -166,21 +166,24 @@ contains
             total = total + abs(block%x(:, c, j)) + abs(block%u(:, c, j)) + abs(block%rotation(:, c, j))
          end do
          total = total + abs(block%rotation(:, 4, j)) + abs(block%direction(:, j))
-         if (convention /= rotation_increment) cycle
-         do c = 1, 4
-            total = total + abs(block%state(:, c, j))
-         end do
-      end do
-      do j = 1, 3
-         ! a quaternion of zeros is no rotation
+         if (convention == rotation_vector) cycle
          if (convention == rotation_quaternion) then
-            where (maxval(abs(block%rotation(:, :, j)), dim=2) <= 0) status = status_invalid_argument
-         else if (convention == rotation_increment) then
-            where (maxval(abs(block%state(:, :, j)), dim=2) <= 0) status = status_invalid_argument
+            length = absolute_sum(block%rotation(:, :, j))
+         else
+            length = absolute_sum(block%state(:, :, j))
+            total = total + length
          end if
+         ! a quaternion of zeros is no rotation
+         where (length <= 0) status = status_invalid_argument
       end do
       where (.not. total <= huge(1.0_wp)) status = status_not_a_number
    end subroutine check_input
+
+   pure function absolute_sum(q) result(s)
+      real(wp), intent(in) :: q(lanes, 4)
+      real(wp) :: s(lanes)
+      s = abs(q(:, 1)) + abs(q(:, 2)) + abs(q(:, 3)) + abs(q(:, 4))
+   end function absolute_sum
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
