@@ -217,6 +217,7 @@ contains
          x(i) = max(min(y, max(0.0_wp, -f(i))), min(0.0_wp, -f(i)))
       end do
       tolerance = epsilon(1.0_wp)**0.4_wp ! the error of a cubically convergent iteration is far below its last step's
+      step = 1.0_wp
       do iteration = 1, most_iterations
          call log_remainder(lanes, x, mx)
 !GCC$ ivdep
@@ -226,7 +227,9 @@ contains
             dg = 1.0_wp + y
             y = x(i) - 2.0_wp*g*dg/max(2.0_wp*dg*dg + g*y/(1.0_wp + x(i)), dg*dg)
             y = max(min(y, max(0.0_wp, -f(i))), min(0.0_wp, -f(i)))
-            step(i) = abs(y - x(i)) - tolerance*abs(y)
+            ! a lane that has converged rests, so that its bits do not depend on its neighbours
+            y = merge(y, x(i), step(i) > 0.0_wp)
+            step(i) = merge(abs(y - x(i)) - tolerance*abs(y), step(i), step(i) > 0.0_wp)
             x(i) = y
          end do
          if (all(step <= 0.0_wp)) exit
