@@ -5,14 +5,19 @@
 !> number of threads nor on how a mesh is split into calls.
 module finshell_batch
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_element, only: evaluate_block, recover_block, rotation_vector, rotation_quaternion, rotation_increment
+   use finshell_element, only: evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, &
+      rotation_increment
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_section, only: section_t
    use finshell_status, only: status_ok, status_invalid_argument, status_not_a_number
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
    private
-   public :: evaluate_elements, recover_elements, rotation_vector, rotation_quaternion, rotation_increment
+   public :: evaluate_elements, predict_resultants, recover_elements
+   public :: rotation_vector, rotation_quaternion, rotation_increment, n_resultants
+
+   !> Resultants of an element at its three in-plane points: N11, N22, N12, M11, M22, M12 of each point in turn.
+   integer, parameter :: n_resultants = 18
 
    !> A block of elements, side by side.
    type :: block_t
@@ -27,7 +32,7 @@ contains
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
    subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
-                                state)
+                                state, resultants)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -41,6 +46,8 @@ contains
       integer, intent(in), optional :: threads !< default: OpenMP's, or 1 inside a parallel region
       !> Quaternions that rotation_increment starts from: R = exp(rotation) state. Required by it, not looked at otherwise.
       real(wp), intent(in), optional :: state(4, 3, n)
+      !> For the geometric part of the tangent instead of the elements' own (mixed-integration-point Newton, `predict_resultants`).
+      real(wp), intent(in), optional :: resultants(n_resultants, n)
       integer :: b, blocks, level, team
 
       if (bad_shape(rotation, convention, n, present(state))) then
@@ -60,17 +67,54 @@ contains
       if (team == 1 .or. blocks == 1) then
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state)
+                                direction, state, resultants)
          end do
       else
 !$omp parallel do schedule(static) num_threads(team)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state)
+                                direction, state, resultants)
          end do
 !$omp end parallel do
       end if
    end subroutine evaluate_elements
+
+   !> Resultants of n elements, linearised: those of this state plus tangent times the strains of nodal increments.
+   !>
+   !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): the stress of the next iterate is taken from the
+   !> linearisation of the last one. The solution is unchanged, thin shells take much larger increments.
+   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: n
+      real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), quaternion(4, 3, n)
+      real(wp), intent(in) :: increment(18, n) !< nodal displacements and spins, u1 t1 u2 t2 u3 t3
+      real(wp), intent(out) :: resultants(n_resultants, n)
+      integer(i4), intent(out) :: status(n)
+      real(wp), intent(in), optional :: direction(3, n)
+      type(block_t) :: block
+      type(stress_t) :: stress
+      real(wp) :: increments(lanes, 18)
+      integer(i4) :: found(lanes)
+      integer :: first, g, l, v
+
+      do first = 0, n - 1, lanes
+         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction)
+         increments = 0
+         do l = 1, min(lanes, n - first)
+            increments(l, :) = increment(:, first + l)
+         end do
+         call predict_block(section, block%x, block%u, block%rotation, increments, block%direction, stress, found)
+         do l = 1, min(lanes, n - first)
+            status(first + l) = found(l)
+            do g = 1, 3
+               do v = 1, 3
+                  resultants(6*g - 6 + v, first + l) = stress%n(lanes*(g - 1) + l, v)
+                  resultants(6*g - 3 + v, first + l) = stress%m(lanes*(g - 1) + l, v)
+               end do
+            end do
+         end do
+      end do
+   end subroutine predict_resultants
 
    !> Recovered results of n elements: thickness stretch, resultants, stresses. Arguments as in `evaluate_elements`.
    !>
@@ -187,14 +231,15 @@ contains
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state)
+                             state, resultants)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n)
       type(block_t) :: block
+      type(stress_t) :: stress
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
       integer(i4) :: found(lanes)
       integer :: i, l, used
@@ -204,6 +249,10 @@ contains
       if (convention == rotation_increment) then
          call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
                              block%state)
+      else if (present(resultants)) then
+         call gather_stress(first, n, resultants, stress)
+         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
+                             stress=stress)
       else
          call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
       end if
@@ -225,6 +274,23 @@ contains
       end if
       if (present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
    end subroutine evaluate_chunk
+
+   !> Resultants of the elements first + 1 ..., side by side.
+   pure subroutine gather_stress(first, n, resultants, stress)
+      integer, intent(in) :: first, n
+      real(wp), intent(in) :: resultants(n_resultants, n)
+      type(stress_t), intent(out) :: stress
+      integer :: e, g, l, v
+      do l = 1, lanes
+         e = first + merge(l, 1, first + l <= n)
+         do g = 1, 3
+            do v = 1, 3
+               stress%n(lanes*(g - 1) + l, v) = resultants(6*g - 6 + v, e)
+               stress%m(lanes*(g - 1) + l, v) = resultants(6*g - 3 + v, e)
+            end do
+         end do
+      end do
+   end subroutine gather_stress
 
    !> Tangents of a block, upper triangles side by side, as full matrices one after the other.
    pure subroutine separate(used, block, elements)

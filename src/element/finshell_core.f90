@@ -14,7 +14,7 @@ module finshell_core
       formulation_s, points_per_block
    implicit none
    private
-   public :: core_t, evaluate_core, n_core
+   public :: core_t, stress_t, evaluate_core, n_core
 
    integer, parameter :: n_core = 12
    !> Packed symmetric 3x3: entry k is (row(k), column(k)).
@@ -29,12 +29,23 @@ module finshell_core
       real(wp) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
       real(wp) :: stretch(lanes) !< thickness stretch of the midsurface
       type(resultants_t) :: resultants
+      !> Gradient for the geometric part of the tangent: `gradient`, unless that part has resultants of its own.
+      real(wp) :: geometric_gradient(lanes, n_core)
    end type core_t
+
+   !> Resultants at the points, kept by mixed-integration-point Newton from one iteration to the next.
+   type :: stress_t
+      real(wp) :: n(points_per_block, 3), m(points_per_block, 3)
+   end type stress_t
 
 contains
 
    !> Energy, gradient and Hessian of a block of elements.
-   pure subroutine evaluate_core(section, level, ref, filter, axes, core, status)
+   !>
+   !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): with `stress`, the geometric part of the Hessian uses
+   !> these resultants instead of its own. With `variation` of the core variables, the resultants linearised at this state are
+   !> returned as `predicted`, and no Hessian; both need level_tangent.
+   pure subroutine evaluate_core(section, level, ref, filter, axes, core, status, stress, variation, predicted)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level
       type(reference_t), intent(in) :: ref
@@ -42,6 +53,9 @@ contains
       real(wp), intent(in) :: axes(lanes, 2) !< cosine, sine of the material direction in the element frame
       type(core_t), intent(inout) :: core
       integer(i4), intent(inout) :: status(lanes)
+      type(stress_t), intent(in), optional :: stress
+      real(wp), intent(in), optional :: variation(lanes, n_core)
+      type(stress_t), intent(out), optional :: predicted
       type(bending_t) :: bend
       type(drilling_t) :: drill
       real(wp) :: higher(lanes, 3, 3, 3), kh(lanes, 6), tau(lanes, 3), slope(lanes, 6)
@@ -94,14 +108,21 @@ contains
       if (level < level_force) return
 
       call core_gradient(groups, weight, core%resultants, bend, dm, l, dl, core%gradient)
-      if (groups == 1) then
-         do i = 1, 3
-            core%gradient(:, 3 + i) = core%gradient(:, 3 + i) + kh(:, pack(i, 1))*tau(:, 1) + kh(:, pack(i, 2))*tau(:, 2) &
-               + kh(:, pack(i, 3))*tau(:, 3)
-         end do
-      end if
+      if (groups == 1) call add_drilling_force(kh, tau, core%gradient)
       if (level < level_tangent) return
+      if (present(variation) .and. present(predicted)) then
+         call predict(groups, core%resultants, bend, dm, l, dl, variation, predicted)
+         return
+      end if
 
+      if (present(stress)) then
+         core%resultants%n = stress%n
+         core%resultants%m = stress%m
+         call core_gradient(groups, weight, core%resultants, bend, dm, l, dl, core%geometric_gradient)
+         if (groups == 1) call add_drilling_force(kh, tau, core%geometric_gradient)
+      else
+         core%geometric_gradient = core%gradient
+      end if
       call core_material_hessian(groups, weight, core%resultants, bend, dm, l, dl, ddl, core%hessian, side)
       if (groups == 1) then
          do k = 1, 6
@@ -121,6 +142,59 @@ contains
          end do
       end do
    end subroutine evaluate_core
+
+   !> Drilling moments K_h tau.
+   pure subroutine add_drilling_force(kh, tau, gradient)
+      real(wp), intent(in) :: kh(lanes, 6), tau(lanes, 3)
+      real(wp), intent(inout) :: gradient(lanes, n_core)
+      integer :: i
+      do i = 1, 3
+         gradient(:, 3 + i) = gradient(:, 3 + i) + kh(:, pack(i, 1))*tau(:, 1) + kh(:, pack(i, 2))*tau(:, 2) &
+            + kh(:, pack(i, 3))*tau(:, 3)
+      end do
+   end subroutine add_drilling_force
+
+   !> Resultants, linearised: those of this state plus tangent times the strains of a variation of the core variables.
+   pure subroutine predict(groups, r, bend, dm, l, dl, variation, predicted)
+      integer, intent(in) :: groups
+      type(resultants_t), intent(in) :: r
+      type(bending_t), intent(in) :: bend
+      real(wp), intent(in) :: dm(lanes, 3, n_core, 3), l(lanes), dl(lanes, 3), variation(lanes, n_core)
+      type(stress_t), intent(out) :: predicted
+      real(wp) :: de(lanes, 3), dk(lanes, 3), stretch(lanes)
+      integer :: g, i, k, v
+      stretch = dl(:, 1)*variation(:, 1) + dl(:, 2)*variation(:, 2) + dl(:, 3)*variation(:, 3)
+      do g = 1, 3
+         if (g <= groups) then
+            de = 0
+            do i = 1, n_core
+               do v = 1, 3
+                  de(:, v) = de(:, v) + dm(:, v, i, g)*variation(:, i)
+               end do
+            end do
+         end if
+         do v = 1, 3
+            dk(:, v) = -stretch*bend%curvature(:, v, g)
+            do i = 1, 3
+               dk(:, v) = dk(:, v) - l*bend%curvature_e(:, v, i, g)*variation(:, i)
+            end do
+            do i = 1, 6
+               dk(:, v) = dk(:, v) - l*bend%curvature_g(:, v, i, g)*variation(:, 6 + i)
+            end do
+         end do
+         k = lanes*(g - 1)
+         do v = 1, 3
+            predicted%n(k + 1:k + lanes, v) = r%n(k + 1:k + lanes, v)
+            predicted%m(k + 1:k + lanes, v) = r%m(k + 1:k + lanes, v)
+            do i = 1, 3
+               predicted%n(k + 1:k + lanes, v) = predicted%n(k + 1:k + lanes, v) &
+                  + r%a(k + 1:k + lanes, pack(v, i))*de(:, i) + r%b(k + 1:k + lanes, pack(v, i))*dk(:, i)
+               predicted%m(k + 1:k + lanes, v) = predicted%m(k + 1:k + lanes, v) &
+                  + r%b(k + 1:k + lanes, pack(v, i))*de(:, i) + r%d(k + 1:k + lanes, pack(v, i))*dk(:, i)
+            end do
+         end do
+      end do
+   end subroutine predict
 
    !> Constant drilling stiffness K_h = int B_h' C_0 B_h dV of formulation (S).
    pure subroutine drilling_stiffness(section, ref, higher, axes, kh)

@@ -4,9 +4,9 @@
 !> lists belong to finshell_batch.
 module finshell_element
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_core, only: core_t, evaluate_core
+   use finshell_core, only: core_t, stress_t, evaluate_core, n_core
    use finshell_filter, only: filter_t, new_filter
-   use finshell_lift, only: lift
+   use finshell_lift, only: lift, core_variation
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_reference, only: reference_t, new_reference
    use finshell_section, only: section_t, cauchy_stress
@@ -15,7 +15,7 @@ module finshell_element
    use finshell_voigt, only: rotate_stress
    implicit none
    private
-   public :: evaluate_block, recover_block, rotation_vector, rotation_quaternion, rotation_increment
+   public :: evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, rotation_increment
 
    !> How nodal rotations are given, and what force and tangent refer to.
    !> rotation_vector: total rotation vectors (3 numbers), exact Hessian. rotation_quaternion: unit quaternions (4 numbers, scalar
@@ -27,7 +27,7 @@ contains
 
    !> Energy, force and tangent of a block of elements.
    pure subroutine evaluate_block(section, level, nodes, displacement, rotation, convention, direction, energy, force, tangent, &
-                                  status, state)
+                                  status, state, stress)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3) !< (element, component, node)
@@ -38,6 +38,7 @@ contains
       real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle
       integer(i4), intent(out) :: status(lanes)
       real(wp), intent(in), optional :: state(lanes, 4, 3) !< quaternions an increment starts from
+      type(stress_t), intent(in), optional :: stress !< resultants for the geometric part of the tangent
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
@@ -55,7 +56,7 @@ contains
       axes(:, 1) = 1
       axes(:, 2) = 0
       if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
-      call evaluate_core(section, level, ref, filter, axes, core, status)
+      call evaluate_core(section, level, ref, filter, axes, core, status, stress)
       energy = core%energy
       if (level < level_force) return
 
@@ -69,6 +70,25 @@ contains
       call lift(level, ref, filter, core, node_frame, force, moment, tangent)
       if (level == level_tangent .and. convention /= rotation_quaternion) call add_vector_curvature(vectors, moment, tangent)
    end subroutine evaluate_block
+
+   !> Resultants at the points of a block of elements, linearised at this state for nodal displacements and spins.
+   pure subroutine predict_block(section, nodes, displacement, quaternion, increment, direction, stress, status)
+      type(section_t), intent(in) :: section
+      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), quaternion(lanes, 4, 3), direction(lanes, 3)
+      real(wp), intent(in) :: increment(lanes, 18) !< u1 t1 u2 t2 u3 t3, spins
+      type(stress_t), intent(out) :: stress
+      integer(i4), intent(out) :: status(lanes)
+      type(reference_t) :: ref
+      type(filter_t) :: filter
+      type(core_t) :: core
+      real(wp) :: axes(lanes, 2), variation(lanes, n_core)
+      call deform(nodes, displacement, quaternion, ref, filter, status)
+      axes(:, 1) = 1
+      axes(:, 2) = 0
+      if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
+      call core_variation(ref, filter, increment, variation)
+      call evaluate_core(section, level_tangent, ref, filter, axes, core, status, variation=variation, predicted=stress)
+   end subroutine predict_block
 
    !> Resultants, thickness stretch and stresses of a block of elements.
    !>

@@ -16,7 +16,7 @@ module finshell_lift
    use finshell_reference, only: reference_t
    implicit none
    private
-   public :: lift
+   public :: lift, core_variation
 
    integer, parameter :: n_lift = 15 !< df_1, df_2, w_1, w_2, w_3
 
@@ -45,9 +45,44 @@ contains
       call expand_force(ref, filter, node_frame, f, force, moment)
       if (level < level_tangent) return
       call material_part(core%hessian, a, lf, k)
-      call geometric_part(filter, core%gradient, h, f, k)
+      call intermediate_force(core%geometric_gradient, a, lf, f)
+      call geometric_part(filter, core%geometric_gradient, h, f, k)
       call expand_tangent(ref, filter, node_frame, k, tangent)
    end subroutine lift
+
+   !> Variation of the core variables for given nodal displacements and spins (global components).
+   pure subroutine core_variation(ref, filter, increment, variation)
+      type(reference_t), intent(in) :: ref
+      type(filter_t), intent(in) :: filter
+      real(wp), intent(in) :: increment(lanes, 18)
+      real(wp), intent(out) :: variation(lanes, n_core)
+      real(wp) :: h(lanes, 3, 3, 3), a(lanes, 3, 3, 3), lf(lanes, n_core, 6), y(lanes, n_lift)
+      integer :: c, i, m, v
+      call inverse_tangents(filter, h)
+      call first_variation(filter, h, a, lf)
+      y = 0
+      do i = 1, 3
+         do c = 1, 3
+            do m = 1, 3
+               ! components in the corotated axes
+               y(:, c) = y(:, c) + ref%gradient(:, 1, i)*(filter%rotation(:, m, c)*increment(:, 6*i - 6 + m))
+               y(:, 3 + c) = y(:, 3 + c) + ref%gradient(:, 2, i)*(filter%rotation(:, m, c)*increment(:, 6*i - 6 + m))
+               y(:, 3 + 3*i + c) = y(:, 3 + 3*i + c) + filter%rotation(:, m, c)*increment(:, 6*i - 3 + m)
+            end do
+         end do
+      end do
+      do v = 1, n_core
+         variation(:, v) = lf(:, v, 1)*y(:, 1) + lf(:, v, 2)*y(:, 2) + lf(:, v, 3)*y(:, 3) &
+            + lf(:, v, 4)*y(:, 4) + lf(:, v, 5)*y(:, 5) + lf(:, v, 6)*y(:, 6)
+      end do
+      do i = 1, 3
+         do m = 1, 3
+            v = merge(3 + i, 3 + 2*i + m, m == 1)
+            variation(:, v) = variation(:, v) + a(:, m, 1, i)*y(:, 4 + 3*i) + a(:, m, 2, i)*y(:, 5 + 3*i) &
+               + a(:, m, 3, i)*y(:, 6 + 3*i)
+         end do
+      end do
+   end subroutine core_variation
 
    !> H(theta) = I - K/2 + eta K^2, K = spin(theta).
    pure subroutine inverse_tangents(filter, h)
