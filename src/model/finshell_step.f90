@@ -34,7 +34,8 @@ module finshell_step
       real(wp), allocatable :: displacements(:) !< values to land on exactly, in the order of passing; the last one ends the step
 
       !> Size of the first increment: of the load factor (load control, arc-length) or of the displacement (displacement
-      !> control). 0: a tenth of the way to the end of the step.
+      !> control). 0: a tenth of the way to the end of the step. An arc-length step whose first load level lies ahead on the path
+      !> of the step before (or that has none) goes on along that path with its last size.
       real(wp) :: first_increment = 0
       real(wp) :: largest_increment = 0 !< same measure, magnitude; 0: no bound
       real(wp) :: smallest_increment = 0 !< 0: 1e-6 of the way

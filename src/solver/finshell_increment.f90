@@ -5,7 +5,7 @@ module finshell_increment
    use finshell_step, only: step_t
    implicit none
    private
-   public :: next_size, planned_size, cut_ratio
+   public :: next_size, planned_size, toward, snapped, fraction_passed, cut_ratio
 
    real(wp), parameter :: cut_ratio = 0.25_wp !< of the failed increment
    real(wp), parameter :: shrink = 0.5_wp !< at most, after a hard but successful increment
@@ -50,4 +50,27 @@ contains
          planned = size
       end if
    end function planned_size
+
+   !> Signed size of the next increment from a value to a target.
+   pure function toward(size, from, to) result(signed)
+      real(wp), intent(in) :: size, from, to
+      real(wp) :: signed
+      signed = sign(planned_size(size, abs(to - from)), to - from)
+   end function toward
+
+   !> A target within rounding of where the increment leads: the target itself.
+   pure function snapped(value, target, size) result(exact)
+      real(wp), intent(in) :: value, target, size
+      real(wp) :: exact
+      exact = value
+      if (abs(value - target) <= 1.0e-6_wp*abs(size)) exact = target
+   end function snapped
+
+   !> Part of the way from a to b at which `target` is passed; 2 when it is not.
+   pure function fraction_passed(a, b, target) result(fraction)
+      real(wp), intent(in) :: a, b, target
+      real(wp) :: fraction
+      fraction = 2
+      if ((target - a)*(b - target) > 0) fraction = (target - a)/(b - a)
+   end function fraction_passed
 end module finshell_increment

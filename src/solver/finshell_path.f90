@@ -15,7 +15,7 @@ module finshell_path
    use finshell_control, only: constraint_t, arc_norm
    use finshell_newton, only: newton_result_t, solve_increment
    use finshell_predictor, only: history_t
-   use finshell_increment, only: next_size, planned_size, cut_ratio
+   use finshell_increment, only: next_size, toward, snapped, fraction_passed, cut_ratio
    use finshell_observer, only: record_t, observer_t
    use finshell_targets, only: targets_t, new_targets
    implicit none
@@ -76,12 +76,30 @@ contains
       end if
       call new_targets(targets, step, problem%state%load_factor, monitored(problem, problem%state), error)
       if (allocated(error)) return
-      call self%history%forget()
-      self%size = targets%first_size
-      self%load_weight = 0
-      self%length_per_factor = 1
+      if (continues(self%history, step, targets, problem%state%load_factor)) then
+         self%history%monitored = 0
+         self%size = self%history%length(1)
+      else
+         call self%history%forget()
+         self%size = targets%first_size
+         self%load_weight = 0
+         self%length_per_factor = 1
+      end if
       call self%advance(problem, step, targets, observer, error)
    end subroutine follow
+
+   !> Does an arc-length step go on along the path of the step before? Else it starts with an increment of the load factor, which
+   !> would leave a branch that descends.
+   pure function continues(history, step, targets, factor) result(yes)
+      type(history_t), intent(in) :: history
+      type(step_t), intent(in) :: step
+      type(targets_t), intent(in) :: targets
+      real(wp), intent(in) :: factor
+      logical :: yes
+      yes = step%control == control_arc_length .and. history%count > 0
+      if (yes) yes = history%length(1) > 0
+      if (yes .and. targets%has_level()) yes = (targets%next_level() - factor)*history%factor(1) > 0
+   end function continues
 
    !> Raise the factor of constant loads and supports to 1, under load control, before the first step.
    subroutine bring_in_constants(self, problem, step, observer, error)
@@ -105,6 +123,7 @@ contains
       self%size = targets%first_size
       if (.not. allocated(error)) call self%advance(problem, ramp, targets, observer, error)
       problem%constant_phase = .false.
+      call self%history%forget()
    end subroutine bring_in_constants
 
    !> Increment after increment until the targets are reached.
@@ -184,8 +203,7 @@ contains
       attempt%control = step%control
       select case (step%control)
       case (control_displacement)
-         attempt%size = sign(planned_size(size, abs(targets%next_displacement() - monitored(problem, problem%state))), &
-                             targets%next_displacement() - monitored(problem, problem%state))
+         attempt%size = toward(size, monitored(problem, problem%state), targets%next_displacement())
       case (control_arc_length)
          attempt%size = size
          if (self%history%count == 0) then
@@ -344,29 +362,6 @@ contains
          correction=result%correction, cpu_time=now - self%started, &
          total_increments=self%increments, total_iterations=self%iterations, total_cuts=self%cuts)
    end subroutine settle
-
-   !> Part of the way from a to b at which `target` is passed; 2 when it is not.
-   pure function fraction_passed(a, b, target) result(fraction)
-      real(wp), intent(in) :: a, b, target
-      real(wp) :: fraction
-      fraction = 2
-      if ((target - a)*(b - target) > 0) fraction = (target - a)/(b - a)
-   end function fraction_passed
-
-   !> Signed size of the next increment from a value to a target.
-   pure function toward(size, from, to) result(signed)
-      real(wp), intent(in) :: size, from, to
-      real(wp) :: signed
-      signed = sign(planned_size(size, abs(to - from)), to - from)
-   end function toward
-
-   !> A target within rounding of where the increment leads: the target itself.
-   pure function snapped(value, target, size) result(exact)
-      real(wp), intent(in) :: value, target, size
-      real(wp) :: exact
-      exact = value
-      if (abs(value - target) <= 1.0e-6_wp*abs(size)) exact = target
-   end function snapped
 
    !> Monitored displacement at a state of the problem; 0 when none is watched.
    function monitored(problem, state) result(value)
