@@ -1,0 +1,128 @@
+!> What all functions of the C interface share: the status structure, texts, and how a failure is reported.
+module finshell_capi_common
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int32_t, c_null_char, c_ptr, c_size_t
+   use finshell_error, only: text_of
+   use finshell_status, only: status_invalid_argument, status_ok, status_out_of_memory, status_text
+   implicit none
+   private
+   public :: c_status_t, accept, refuse, refuse_memory, judge, text_from, store_text
+
+   integer, parameter :: message_length = 244 !< as in finshell.h
+
+   !> finshell_status of the header.
+   type, bind(c) :: c_status_t
+      integer(c_int32_t) :: code
+      integer(c_int32_t) :: index !< from 0; -1: not about an element
+      integer(c_int32_t) :: failed !< number of elements
+      character(kind=c_char) :: message(message_length)
+   end type c_status_t
+
+   interface
+      pure function c_strlen(text) result(length) bind(c, name='strlen')
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: text
+         integer(c_size_t) :: length
+      end function c_strlen
+   end interface
+
+contains
+
+   !> Done.
+   function accept(status) result(code)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      code = status_ok
+      if (.not. present(status)) return
+      status%code = status_ok
+      status%index = -1
+      status%failed = 0
+      status%message(1) = c_null_char
+   end function accept
+
+   !> The call as a whole is refused.
+   function refuse(status, place, message) result(code)
+      type(c_status_t), intent(out), optional :: status
+      character(len=*), intent(in) :: place !< name of the C function
+      character(len=*), intent(in) :: message
+      integer(c_int32_t) :: code
+      code = status_invalid_argument
+      call fill(status, code, -1, 0, place//': '//message)
+   end function refuse
+
+   function refuse_memory(status, place) result(code)
+      type(c_status_t), intent(out), optional :: status
+      character(len=*), intent(in) :: place
+      integer(c_int32_t) :: code
+      code = status_out_of_memory
+      call fill(status, code, -1, 0, place//': '//status_text(status_out_of_memory))
+   end function refuse_memory
+
+   !> The code of a batch: that of the first element with a negative code or, without one, of the first with a positive code.
+   function judge(status, place, n, codes) result(code)
+      type(c_status_t), intent(out), optional :: status
+      character(len=*), intent(in) :: place
+      integer(c_int32_t), intent(in) :: n
+      integer(c_int32_t), intent(in) :: codes(n)
+      integer(c_int32_t) :: code
+      integer(c_int32_t) :: e, failed, first, worst
+      failed = 0
+      first = 0
+      worst = 0
+      do e = 1, n
+         if (codes(e) == status_ok) cycle
+         failed = failed + 1
+         if (first == 0 .or. (worst > 0 .and. codes(e) < 0)) then
+            first = e
+            worst = codes(e)
+         end if
+      end do
+      if (failed == 0) then
+         code = accept(status)
+         return
+      end if
+      code = worst
+      if (present(status)) call fill(status, code, first - 1, failed, place//': element '//text_of(first - 1)// &
+                                     ' (from 0): '//status_text(code))
+   end function judge
+
+   subroutine fill(status, code, index, failed, message)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t), intent(in) :: code, index, failed
+      character(len=*), intent(in) :: message
+      if (.not. present(status)) return
+      status%code = code
+      status%index = index
+      status%failed = failed
+      call store_text(message, message_length, status%message)
+   end subroutine fill
+
+   !> A C text, '' for NULL.
+   function text_from(text) result(copy)
+      type(c_ptr), intent(in) :: text
+      character(len=:), allocatable :: copy
+      character(kind=c_char), pointer :: characters(:)
+      integer :: i
+      if (.not. c_associated(text)) then
+         copy = ''
+         return
+      end if
+      call c_f_pointer(text, characters, [c_strlen(text)])
+      allocate (character(len=size(characters)) :: copy)
+      do i = 1, size(characters)
+         copy(i:i) = characters(i)
+      end do
+   end function text_from
+
+   !> Text into a buffer, cut to fit, closed by a null character.
+   pure subroutine store_text(text, size, buffer)
+      character(len=*), intent(in) :: text
+      integer(c_int32_t), intent(in) :: size !< >= 1
+      character(kind=c_char), intent(inout) :: buffer(size)
+      integer :: i, used
+      used = min(len_trim(text), size - 1)
+      do i = 1, used
+         buffer(i) = text(i:i)
+      end do
+      buffer(used + 1) = c_null_char
+   end subroutine store_text
+end module finshell_capi_common

@@ -1,0 +1,230 @@
+!> C interface: the element, many at a time. See finshell.h for what the functions promise.
+!>
+!> A C pointer that may be NULL is an optional argument, absent when NULL.
+module finshell_capi_element
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_ptr
+   use, intrinsic :: iso_fortran_env, only: int64
+   use finshell_batch, only: evaluate_elements, recover_elements, rotation_increment, rotation_quaternion, rotation_vector
+   use finshell_capi_common, only: accept, c_status_t, judge, refuse, refuse_memory
+   use finshell_error, only: text_of
+   use finshell_mass, only: mass_elements
+   use finshell_pressure, only: follower_pressure
+   use finshell_section, only: section_t
+   use finshell_status, only: status_not_a_number, status_ok
+   implicit none
+   private
+   public :: evaluate, recover, mass, pressure
+
+   integer, parameter :: few = 64 !< elements whose codes need no heap
+   integer, parameter :: most_threads = 256 !< results do not depend on it; OpenMP ends the program when it gets too few
+
+contains
+
+   function evaluate(section, n, x, u, rotations, convention, state, direction, energy, force, tangent, codes, threads, status) &
+      result(code) bind(c, name='finshell_evaluate')
+      type(c_ptr), value :: section
+      integer(c_int32_t), value :: n, convention, threads
+      real(c_double), intent(in), optional :: x(3, 3, n), u(3, 3, n), state(4, 3, n), direction(3, n)
+      real(c_double), intent(in), optional, target :: rotations(*)
+      real(c_double), intent(out), optional :: energy(n), force(18, n), tangent(18, 18, n)
+      integer(c_int32_t), intent(out), optional, target :: codes(n)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      character(len=*), parameter :: place = 'finshell_evaluate'
+      type(section_t), pointer :: s
+      real(c_double), pointer, contiguous :: r(:, :, :)
+      integer(c_int32_t), target :: local(few)
+      integer(c_int32_t), allocatable, target :: many(:)
+      integer(c_int32_t), pointer, contiguous :: found(:)
+      integer :: memory
+
+      code = check_motion(place, section, n, present(x), present(u), present(rotations), convention, present(state), status)
+      if (code /= status_ok) return
+      if (threads < 0) then
+         code = refuse(status, place, 'threads is '//text_of(threads)//', expected 0 (as OpenMP chooses) or a positive number')
+         return
+      end if
+      if (n == 0) return
+      call c_f_pointer(section, s)
+      call shape_rotations(rotations, convention, n, r)
+      if (present(codes)) then
+         found => codes
+      else if (n <= few) then
+         found => local(:n)
+      else
+         allocate (many(n), stat=memory)
+         if (memory /= 0) then
+            code = refuse_memory(status, place)
+            return
+         end if
+         found => many
+      end if
+      if (threads == 0) then
+         call evaluate_elements(s, n, x, u, r, convention, found, energy, force, tangent, direction, state=state)
+      else
+         call evaluate_elements(s, n, x, u, r, convention, found, energy, force, tangent, direction, min(threads, most_threads), &
+                                state)
+      end if
+      code = judge(status, place, n, found)
+   end function evaluate
+
+   function recover(section, n, x, u, rotations, convention, state, direction, stretch, membrane_force, moment, stress, codes, &
+                    status) result(code) bind(c, name='finshell_recover')
+      type(c_ptr), value :: section
+      integer(c_int32_t), value :: n, convention
+      real(c_double), intent(in), optional :: x(3, 3, n), u(3, 3, n), state(4, 3, n), direction(3, n)
+      real(c_double), intent(in), optional, target :: rotations(*)
+      real(c_double), intent(out), optional :: stretch(n), membrane_force(3, n), moment(3, n), stress(3, 3, n)
+      integer(c_int32_t), intent(out), optional :: codes(n)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      character(len=*), parameter :: place = 'finshell_recover'
+      type(section_t), pointer :: s
+      real(c_double), pointer, contiguous :: r(:, :, :)
+      integer(c_int32_t), allocatable :: found(:)
+      integer :: memory
+
+      code = check_motion(place, section, n, present(x), present(u), present(rotations), convention, present(state), status)
+      if (code /= status_ok .or. n == 0) return
+      call c_f_pointer(section, s)
+      call shape_rotations(rotations, convention, n, r)
+      allocate (found(n), stat=memory)
+      if (memory /= 0) then
+         code = refuse_memory(status, place)
+         return
+      end if
+      call recover_elements(s, n, x, u, r, convention, found, stretch, membrane_force, moment, stress, direction, state)
+      if (present(codes)) codes = found
+      code = judge(status, place, n, found)
+   end function recover
+
+   function mass(section, n, x, consistent, lumped, codes, status) result(code) bind(c, name='finshell_mass')
+      type(c_ptr), value :: section
+      integer(c_int32_t), value :: n
+      real(c_double), intent(in), optional :: x(3, 3, n)
+      real(c_double), intent(out), optional :: consistent(18, 18, n), lumped(18, n)
+      integer(c_int32_t), intent(out), optional :: codes(n)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      character(len=*), parameter :: place = 'finshell_mass'
+      type(section_t), pointer :: s
+      integer(c_int32_t), allocatable :: found(:)
+      integer :: memory
+
+      code = check_batch(place, n, status)
+      if (code /= status_ok) return
+      if (.not. c_associated(section)) then
+         code = refuse(status, place, 'section is NULL')
+      else if (n > 0 .and. .not. present(x)) then
+         code = refuse(status, place, 'X is NULL')
+      end if
+      if (code /= status_ok .or. n == 0) return
+      call c_f_pointer(section, s)
+      allocate (found(n), stat=memory)
+      if (memory /= 0) then
+         code = refuse_memory(status, place)
+         return
+      end if
+      call mass_elements(s, n, x, found, consistent, lumped)
+      if (present(codes)) codes = found
+      code = judge(status, place, n, found)
+   end function mass
+
+   function pressure(n, p, x, u, form, origin, force, stiffness, codes, status) result(code) bind(c, name='finshell_pressure')
+      integer(c_int32_t), value :: n, form
+      real(c_double), intent(in), optional :: p(n), x(3, 3, n), u(3, 3, n), origin(3)
+      real(c_double), intent(out), optional :: force(9, n), stiffness(9, 9, n)
+      integer(c_int32_t), intent(out), optional :: codes(n)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      character(len=*), parameter :: place = 'finshell_pressure'
+      real(c_double) :: position(3, 3, 1), centre(3), f(9, 1)
+      integer(c_int32_t), allocatable :: found(:)
+      integer :: e, memory
+
+      code = check_batch(place, n, status)
+      if (code /= status_ok) return
+      if (form /= 0 .and. form /= 1) then
+         code = refuse(status, place, 'form is '//text_of(form)//', expected 0 (follower) or 1 (symmetric)')
+      else if (n > 0 .and. .not. (present(p) .and. present(x) .and. present(u))) then
+         code = refuse(status, place, 'pressure, X or u is NULL')
+      end if
+      if (code /= status_ok .or. n == 0) return
+      allocate (found(n), stat=memory)
+      if (memory /= 0) then
+         code = refuse_memory(status, place)
+         return
+      end if
+      centre = 0
+      if (present(origin)) centre = origin
+      do e = 1, n
+         position(:, :, 1) = x(:, :, e) + u(:, :, e)
+         found(e) = status_ok
+         if (.not. sum(abs(position)) + abs(p(e)) + sum(abs(centre)) <= huge(1.0_c_double)) then
+            found(e) = status_not_a_number
+            if (present(force)) force(:, e) = 0
+            if (present(stiffness)) stiffness(:, :, e) = 0
+            cycle
+         end if
+         if (present(stiffness)) then
+            call follower_pressure(1, p(e:e), position, form == 1, centre, f, stiffness(:, :, e:e))
+         else
+            call follower_pressure(1, p(e:e), position, form == 1, centre, f)
+         end if
+         if (present(force)) force(:, e) = f(:, 1)
+      end do
+      if (present(codes)) codes = found
+      code = judge(status, place, n, found)
+   end function pressure
+
+   !> n makes sense; sets `status` to done.
+   function check_batch(place, n, status) result(code)
+      character(len=*), intent(in) :: place
+      integer(c_int32_t), intent(in) :: n
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      if (n < 0) then
+         code = refuse(status, place, 'n is '//text_of(n)//', expected a number of elements >= 0')
+      else
+         code = accept(status)
+      end if
+   end function check_batch
+
+   !> What is needed to describe a motion is there.
+   function check_motion(place, section, n, has_x, has_u, has_rotations, convention, has_state, status) result(code)
+      character(len=*), intent(in) :: place
+      type(c_ptr), intent(in) :: section
+      integer(c_int32_t), intent(in) :: n, convention
+      logical, intent(in) :: has_x, has_u, has_rotations, has_state
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      code = check_batch(place, n, status)
+      if (code /= status_ok) return
+      if (.not. c_associated(section)) then
+         code = refuse(status, place, 'section is NULL')
+      else if (convention < rotation_vector .or. convention > rotation_increment) then
+         code = refuse(status, place, 'convention is '//text_of(convention)//', expected 1 (vector), 2 (quaternion) or '// &
+                       '3 (increment)')
+      else if (n == 0) then
+         return
+      else if (.not. has_x) then
+         code = refuse(status, place, 'X is NULL')
+      else if (.not. has_u) then
+         code = refuse(status, place, 'u is NULL')
+      else if (.not. has_rotations) then
+         code = refuse(status, place, 'rotations is NULL')
+      else if (convention == rotation_increment .and. .not. has_state) then
+         code = refuse(status, place, 'state is NULL, and rotation increments need it')
+      end if
+   end function check_motion
+
+   !> Rotations with their shape: (4, 3, n) quaternions or (3, 3, n) vectors.
+   subroutine shape_rotations(rotations, convention, n, r)
+      real(c_double), intent(in), target :: rotations(*)
+      integer(c_int32_t), intent(in) :: convention, n
+      real(c_double), pointer, contiguous, intent(out) :: r(:, :, :)
+      integer :: c
+      c = merge(4, 3, convention == rotation_quaternion)
+      r(1:c, 1:3, 1:n) => rotations(:3_int64*c*n)
+   end subroutine shape_rotations
+end module finshell_capi_element

@@ -1,0 +1,241 @@
+!> C interface: sections. See finshell.h for what the functions promise.
+module finshell_capi_section
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_loc, c_null_ptr, c_ptr
+   use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, text_from
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_kinds, only: wp
+   use finshell_registry, only: new_material
+   use finshell_section, only: default_beta0, formulation_s, new_layered_section, ply_t, section_t
+   use finshell_status, only: status_invalid_argument
+   implicit none
+   private
+   public :: c_layer_t, create, create_layered, destroy
+
+   !> finshell_layer of the header.
+   type, bind(c) :: c_layer_t
+      type(c_ptr) :: material
+      type(c_ptr) :: names
+      type(c_ptr) :: values
+      integer(c_int32_t) :: parameters
+      integer(c_int32_t) :: points
+      real(c_double) :: thickness
+      real(c_double) :: angle
+      real(c_double) :: density
+   end type c_layer_t
+
+   !> What the options say.
+   type :: options_t
+      real(wp) :: beta0 = default_beta0, offset = 0
+      integer :: formulation = formulation_s
+   end type options_t
+
+   integer, parameter :: name_length = 32 !< longer names are unknown ones
+
+contains
+
+   function create(material, parameters, names, values, thickness, options, option_names, option_values, section, status) &
+      result(code) bind(c, name='finshell_section_create')
+      type(c_ptr), value :: material, names, values
+      integer(c_int32_t), value :: parameters, options
+      real(c_double), value :: thickness
+      type(c_ptr), value :: option_names, option_values
+      type(c_ptr), intent(out), optional :: section
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      character(len=*), parameter :: place = 'finshell_section_create'
+      type(ply_t) :: ply(1)
+      type(options_t) :: chosen
+      type(error_t), allocatable :: error
+
+      if (present(section)) section = c_null_ptr
+      ply(1)%thickness = thickness
+      call read_options(options, option_names, option_values, chosen, error, ply(1))
+      if (.not. allocated(error)) call read_material(material, parameters, names, values, ply(1), error)
+      if (allocated(error)) then
+         code = refuse(status, place, error%message)
+      else
+         code = finish(place, ply, chosen, section, status)
+      end if
+   end function create
+
+   function create_layered(layers, layer, options, option_names, option_values, section, status) result(code) &
+      bind(c, name='finshell_section_create_layered')
+      integer(c_int32_t), value :: layers, options
+      type(c_layer_t), intent(in), optional :: layer(layers)
+      type(c_ptr), value :: option_names, option_values
+      type(c_ptr), intent(out), optional :: section
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      character(len=*), parameter :: place = 'finshell_section_create_layered'
+      type(ply_t), allocatable :: plies(:)
+      type(options_t) :: chosen
+      type(error_t), allocatable :: error
+      integer :: i, memory
+
+      if (present(section)) section = c_null_ptr
+      if (layers < 1 .or. .not. present(layer)) then
+         code = refuse(status, place, 'at least one layer is expected; layers is '//text_of(layers))
+         return
+      end if
+      allocate (plies(layers), stat=memory)
+      if (memory /= 0) then
+         code = refuse_memory(status, place)
+         return
+      end if
+      call read_options(options, option_names, option_values, chosen, error)
+      do i = 1, layers
+         if (allocated(error)) exit
+         plies(i)%thickness = layer(i)%thickness
+         plies(i)%angle = layer(i)%angle
+         plies(i)%density = layer(i)%density
+         if (layer(i)%points /= 0) plies(i)%points = layer(i)%points
+         call read_material(layer(i)%material, layer(i)%parameters, layer(i)%names, layer(i)%values, plies(i), error)
+         if (allocated(error)) error%message = 'layer '//text_of(i)//': '//error%message
+      end do
+      if (allocated(error)) then
+         code = refuse(status, place, error%message)
+      else
+         code = finish(place, plies, chosen, section, status)
+      end if
+   end function create_layered
+
+   subroutine destroy(section) bind(c, name='finshell_section_destroy')
+      type(c_ptr), value :: section
+      type(section_t), pointer :: target
+      if (.not. c_associated(section)) return
+      call c_f_pointer(section, target)
+      deallocate (target)
+   end subroutine destroy
+
+   !> Make the section, or say why not.
+   function finish(place, plies, chosen, section, status) result(code)
+      character(len=*), intent(in) :: place
+      type(ply_t), intent(in) :: plies(:)
+      type(options_t), intent(in) :: chosen
+      type(c_ptr), intent(inout), optional :: section
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      type(section_t), pointer :: made
+      type(error_t), allocatable :: error
+      integer :: memory
+
+      if (.not. present(section)) then
+         code = refuse(status, place, 'section, where the handle is put, is NULL')
+         return
+      end if
+      allocate (made, stat=memory)
+      if (memory /= 0) then
+         code = refuse_memory(status, place)
+         return
+      end if
+      call new_layered_section(made, plies, error, chosen%formulation, chosen%beta0, chosen%offset)
+      if (allocated(error)) then
+         deallocate (made)
+         code = refuse(status, place, error%message)
+         return
+      end if
+      section = c_loc(made)
+      code = accept(status)
+   end function finish
+
+   !> The law of a layer, from C arrays of names and values.
+   subroutine read_material(material, parameters, names, values, ply, error)
+      type(c_ptr), intent(in) :: material, names, values
+      integer(c_int32_t), intent(in) :: parameters
+      type(ply_t), intent(inout) :: ply
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=name_length), allocatable :: list(:)
+      real(c_double), pointer :: numbers(:)
+      type(error_t), allocatable :: refusal
+
+      if (.not. c_associated(material)) then
+         call raise(error, status_invalid_argument, 'the name of the material law is NULL')
+         return
+      end if
+      call read_pairs('parameter', parameters, names, values, list, numbers, error)
+      if (allocated(error)) return
+      call new_material(ply%law, text_from(material), list, numbers, refusal)
+      if (allocated(refusal)) call move_alloc(refusal, error)
+   end subroutine read_material
+
+   !> The options; those of the one layer of a section only where it is given.
+   subroutine read_options(options, names, values, chosen, error, ply)
+      integer(c_int32_t), intent(in) :: options
+      type(c_ptr), intent(in) :: names, values
+      type(options_t), intent(inout) :: chosen
+      type(error_t), allocatable, intent(inout) :: error
+      type(ply_t), intent(inout), optional :: ply
+      character(len=name_length), allocatable :: list(:)
+      character(len=:), allocatable :: known
+      real(c_double), pointer :: numbers(:)
+      integer :: i, j
+
+      call read_pairs('option', options, names, values, list, numbers, error)
+      if (allocated(error)) return
+      known = 'formulation, beta0, offset'
+      if (present(ply)) known = known//', thickness_points, density'
+      do i = 1, options
+         do j = 1, i - 1
+            if (list(j) == list(i)) call raise(error, status_invalid_argument, 'option '''//trim(list(i))//''' is given twice')
+         end do
+         select case (list(i))
+         case ('formulation')
+            call whole_number(list(i), numbers(i), chosen%formulation, error)
+         case ('beta0')
+            chosen%beta0 = numbers(i)
+         case ('offset')
+            chosen%offset = numbers(i)
+         case ('thickness_points')
+            if (present(ply)) call whole_number(list(i), numbers(i), ply%points, error)
+         case ('density')
+            if (present(ply)) ply%density = numbers(i)
+         end select
+         if (index(', '//known//',', ', '//trim(list(i))//',') == 0 .or. list(i) == '') &
+            call raise(error, status_invalid_argument, 'unknown option '''//trim(list(i))//'''; options are '//known)
+         if (allocated(error)) return
+      end do
+   end subroutine read_options
+
+   subroutine whole_number(name, value, number, error)
+      character(len=*), intent(in) :: name
+      real(c_double), intent(in) :: value
+      integer, intent(inout) :: number
+      type(error_t), allocatable, intent(inout) :: error
+      if (abs(value) < 1.0e6_c_double) then
+         number = nint(value)
+         if (abs(value - number) <= 0) return
+      end if
+      call raise(error, status_invalid_argument, trim(name)//' is '//text_of(value)//', expected a small whole number')
+   end subroutine whole_number
+
+   !> Names and values from C arrays.
+   subroutine read_pairs(what, n, names, values, list, numbers, error)
+      character(len=*), intent(in) :: what
+      integer(c_int32_t), intent(in) :: n
+      type(c_ptr), intent(in) :: names, values
+      character(len=name_length), allocatable, intent(out) :: list(:)
+      real(c_double), pointer, intent(out) :: numbers(:)
+      type(error_t), allocatable, intent(inout) :: error
+      type(c_ptr), pointer :: pointers(:)
+      character(len=:), allocatable :: name
+      real(c_double), target, save :: none(0)
+      integer :: i
+
+      numbers => none
+      if (n < 0 .or. n > 1000) then
+         call raise(error, status_invalid_argument, 'the number of '//what//'s is '//text_of(n)//', expected 0 to 1000')
+      else if (n > 0 .and. .not. (c_associated(names) .and. c_associated(values))) then
+         call raise(error, status_invalid_argument, what//' names or values are NULL')
+      end if
+      if (allocated(error)) return
+      allocate (list(n))
+      if (n == 0) return
+      call c_f_pointer(names, pointers, [n])
+      call c_f_pointer(values, numbers, [n])
+      do i = 1, n
+         name = text_from(pointers(i))
+         list(i) = name
+         if (len(name) > name_length) list(i) = name(:name_length - 3)//'...'
+      end do
+   end subroutine read_pairs
+end module finshell_capi_section

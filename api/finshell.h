@@ -1,0 +1,233 @@
+/* finshell: a finite-strain triangular shell element for other programs. C99 and C++.
+ *
+ * Conventions of all functions
+ *   - Units: any consistent set. Angles of layers in degrees, all other rotations in radians.
+ *   - Arrays are contiguous, owned by the caller, not overlapping; the shapes below are those of C, last index fastest.
+ *     An output passed as NULL is not computed; an input may be NULL only where this file says so. With n = 0 nothing is done.
+ *   - Return value: 0 done; > 0 recoverable, cut the step and try again; < 0 the caller's mistake. The codes are below.
+ *     In a batch, the value is the code of the first element with a negative code or, without one, of the first with a
+ *     positive code. A failed element gets zeros; all others are done as if it were not there. When the call as a whole is
+ *     refused (a NULL, a negative n, an unknown convention: code -1, index -1) no output is touched.
+ *   - `status`, `codes` (the code of each element, int32_t[n]) and every pointer to a structure of results may be NULL.
+ *   - Nothing is printed, nothing ends the program, nothing is kept between calls. All functions may be called from any number
+ *     of threads at once, also with the same section, as long as nobody destroys it meanwhile.
+ *   - Results are the same to the last bit for any number of threads and however a mesh is split into batches.
+ *
+ * Element: three nodes, counter-clockwise about the normal. Each node has a displacement u and a rotation R, which takes
+ * directors of the undeformed to those of the deformed shell, in global axes. The 18 entries of force and tangent are ordered
+ * u1 t1 u2 t2 u3 t3, three components each; force is the internal force, the derivative of the stored energy; the tangent
+ * its second derivative, symmetric.
+ *
+ * A guide with complete programs: doc/c_api.md. "Since" says which version brought a function; none has been removed
+ * or changed while FINSHELL_ABI stays the same.
+ */
+#ifndef FINSHELL_H
+#define FINSHELL_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define FINSHELL_VERSION "0.1.0" /* of this header */
+#define FINSHELL_ABI 1           /* number in the name of the shared library, libfinshell.so.1 */
+
+/* Return codes. */
+enum {
+   FINSHELL_OK = 0,
+   FINSHELL_COLLAPSED_ELEMENT = 1,    /* the current area is zero or not finite */
+   FINSHELL_MATERIAL_LIMIT = 2,       /* the law cannot be evaluated at this strain */
+   FINSHELL_LARGE_ROTATION = 3,       /* a nodal rotation relative to its element nears pi */
+   FINSHELL_INVALID_ARGUMENT = -1,    /* NULL, size, name or option; a direction or quaternion of zeros */
+   FINSHELL_DEGENERATE_REFERENCE = -2, /* the reference triangle has no area */
+   FINSHELL_NOT_A_NUMBER = -3,        /* NaN or infinity in the input */
+   FINSHELL_OUT_OF_MEMORY = -6
+};
+
+/* How rotations are given, and what force and tangent refer to. */
+enum {
+   /* Total rotation vectors t [n][3][3], R = exp(t), any number of turns. Force and tangent are derivatives with
+    * respect to t. For codes that add up rotational unknowns. (Like every vector of three it is singular at |t| = 2 pi.) */
+   FINSHELL_ROTATION_VECTOR = 1,
+   /* Quaternions q [n][3][4], scalar part first, of any length. Force and tangent refer to spins w: R <- exp(w) R;
+    * the tangent is the symmetric second derivative along exp(w) R. Update by finshell_rotation_update. */
+   FINSHELL_ROTATION_QUATERNION = 2,
+   /* Rotation vectors t [n][3][3] since a state, whose quaternions [n][3][4] are passed as `state`: R = exp(t) R_state. Force
+    * and tangent are derivatives with respect to t. For codes that add up unknowns within a step. */
+   FINSHELL_ROTATION_INCREMENT = 3
+};
+
+/* What happened, kept by the caller; may be passed as NULL. */
+typedef struct finshell_status {
+   int32_t code;      /* the return value */
+   int32_t index;     /* the element (from 0) it belongs to, -1: the call as a whole */
+   int32_t failed;    /* number of elements that failed */
+   char message[244]; /* a sentence, with the place and what to do; "" when done */
+} finshell_status;
+
+/* ------------------------------------------------------------------ version and messages */
+
+/* Version of the library, "0.1.0". Since 0.1. */
+const char *finshell_version(void);
+
+/* FINSHELL_ABI of the library: unequal to that of the header, the two do not fit. Since 0.1. */
+int32_t finshell_abi(void);
+
+/* A sentence for a return code, closed by '\0' and cut to fit into buffer[size] (may be NULL). Returns its whole length.
+ * Since 0.1. */
+int32_t finshell_message(int32_t code, char *buffer, int32_t size);
+
+/* ------------------------------------------------------------------ material laws */
+
+/* A parameter of a law. */
+typedef struct finshell_parameter {
+   char name[32];
+   char meaning[128];
+   double default_value; /* when required is 0 */
+   double example;       /* a sensible value */
+   int32_t required;     /* 1 or 0 */
+   int32_t padding;
+} finshell_parameter;
+
+/* Number of material laws. Since 0.1. */
+int32_t finshell_material_count(void);
+
+/* Name of law i (from 0) into buffer[size]. Errors: -1 no such law, no buffer. Since 0.1. */
+int32_t finshell_material_name(int32_t i, char *buffer, int32_t size, finshell_status *status);
+
+/* Number of parameters of a law. Errors: -1 unknown law. Since 0.1. */
+int32_t finshell_material_parameter_count(const char *material, finshell_status *status);
+
+/* Parameter i (from 0) of a law. Errors: -1 unknown law, no such parameter. Since 0.1. */
+int32_t finshell_material_parameter(const char *material, int32_t i, finshell_parameter *parameter, finshell_status *status);
+
+/* ------------------------------------------------------------------ sections */
+
+/* What elements are made of; immutable once created. */
+typedef struct finshell_section finshell_section;
+
+/* One layer. Set all to zero first ({0}); what is zero has its default, except material and thickness. */
+typedef struct finshell_layer {
+   const char *material;     /* name of the law */
+   const char *const *names; /* [parameters] of the law */
+   const double *values;     /* [parameters] */
+   int32_t parameters;
+   int32_t points;   /* Gauss points through the layer, 1 to 12; 0: 3 */
+   double thickness; /* > 0, length */
+   double angle;     /* degrees, from the element's material direction to axis 1 of the law, about the normal */
+   double density;   /* mass per reference volume, used by finshell_mass only */
+} finshell_layer;
+
+/* A section of one layer.
+ *   material, names[parameters], values[parameters]: law and its parameters, capitals do not matter; names and values may be
+ *   NULL when parameters is 0. thickness > 0 (length).
+ *   option_names[options], option_values[options], NULL when options is 0:
+ *     "thickness_points"  Gauss points through the thickness, 1 to 12 (3)
+ *     "formulation"       1: stabilised (S), 2: as published (P) (1)
+ *     "beta0"             weight of the higher-order drilling strain, > 0 (0.01)
+ *     "offset"            height of the middle of the section above the surface of the nodes, along the normal; length (0)
+ *     "density"           mass per reference volume, used by finshell_mass only (0)
+ *   *section: the handle, NULL after an error.
+ * Errors: -1 unknown law, parameter or option, missing or senseless value (the message names it and lists what there is);
+ * -6. Since 0.1. */
+int32_t finshell_section_create(const char *material, int32_t parameters, const char *const *names, const double *values,
+                                double thickness, int32_t options, const char *const *option_names,
+                                const double *option_values, finshell_section **section, finshell_status *status);
+
+/* A section of layers, bottom to top along the normal. Options: "formulation", "beta0", "offset" as above. Errors: as above.
+ * Since 0.1. */
+int32_t finshell_section_create_layered(int32_t layers, const finshell_layer *layer, int32_t options,
+                                        const char *const *option_names, const double *option_values,
+                                        finshell_section **section, finshell_status *status);
+
+/* Frees a section; NULL is ignored. Since 0.1. */
+void finshell_section_destroy(finshell_section *section);
+
+/* ------------------------------------------------------------------ elements */
+
+/* Energy, force and tangent of n elements of one section.
+ *   X [n][3][3]            reference coordinates (element, node, component)
+ *   u [n][3][3]            displacements
+ *   rotations              [n][3][3] or [n][3][4], as `convention` says
+ *   state [n][3][4]        for FINSHELL_ROTATION_INCREMENT, else not looked at and may be NULL
+ *   direction [n][3]       material direction 1, global, any length, projected on the element; NULL: global x (z where x is
+ *                          normal to the element). Not looked at by isotropic laws.
+ *   energy [n]             stored energy
+ *   force [n][18]          internal force
+ *   tangent [n][18][18]    symmetric, both triangles
+ *   codes [n]              per element
+ *   threads                > 0: so many (at most 256); 0: as OpenMP chooses, 1 inside a parallel region. Another number than 1
+ *                          uses OpenMP's threads, whose stay after the call is OpenMP's affair.
+ * Elements are computed eight at a time: a call for one element costs what a call for eight does.
+ * Errors: all codes. Since 0.1. */
+int32_t finshell_evaluate(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,
+                          int32_t convention, const double *state, const double *direction, double *energy, double *force,
+                          double *tangent, int32_t *codes, int32_t threads, finshell_status *status);
+
+/* Thickness stretch, resultants and stresses of n elements. Components 11, 22, 12 refer to the material direction, projected on
+ * the element and carried along by its rotation; isotropic laws as well.
+ *   X ... direction             as in finshell_evaluate
+ *   stretch [n]                 current over reference thickness, of the surface of the nodes
+ *   membrane_force [n][3]       per reference length, conjugate to the Green-Lagrange strain of the surface of the nodes
+ *   moment [n][3]               per reference length, about the surface of the nodes, conjugate to the curvature
+ *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component)
+ *   codes [n]
+ * Errors: all codes. Since 0.1. */
+int32_t finshell_recover(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,
+                         int32_t convention, const double *state, const double *direction, double *stretch,
+                         double *membrane_force, double *moment, double *stress, int32_t *codes, finshell_status *status);
+
+/* Mass matrices of n elements, from the densities of the section, with rotational inertia (of the drilling rotation, too).
+ *   X [n][3][3]              reference coordinates
+ *   consistent [n][18][18]   symmetric; linear interpolation
+ *   lumped [n][18]           diagonal, a third of the element at each node
+ * Rates are those of displacements and spins (w = T(t) dt/dt for rotation vectors, see finshell_rotation_tangent). Without
+ * offset and with layers symmetric about the surface of the nodes the matrices hold in any motion; else the coupling of
+ * displacement and spin is that of the reference normal (consistent), or left out (lumped).
+ * Errors: -1, -2, -3, -6. Since 0.1. */
+int32_t finshell_mass(const finshell_section *section, int32_t n, const double *X, double *consistent, double *lumped,
+                      int32_t *codes, finshell_status *status);
+
+/* Follower pressure on the deformed surface of the nodes of n triangles.
+ *   pressure [n]           per current area, positive along the current normal
+ *   X, u [n][3][3]         reference coordinates, displacements
+ *   form                   0: follower, p A n / 3 at each node; stiffness unsymmetric on an element.
+ *                          1: gradient of p times the volume below the triangles, seen from `origin`; stiffness symmetric. Both
+ *                          agree at nodes whose elements surround them; they differ on the rim of the loaded surface.
+ *   origin [3]             for form 1; NULL: the origin of coordinates
+ *   force [n][9]           external force at the nodes in turn (no moments): adds to the loads
+ *   stiffness [n][9][9]    d force / d u, by columns: stiffness[e][j][i] = d force[i] / d u[j]. The tangent of the structure
+ *                          is the elements' tangent minus this.
+ *   codes [n]
+ * Errors: -1, -3, -6. Since 0.1. */
+int32_t finshell_pressure(int32_t n, const double *pressure, const double *X, const double *u, int32_t form,
+                          const double *origin, double *force, double *stiffness, int32_t *codes, finshell_status *status);
+
+/* ------------------------------------------------------------------ rotations
+ * n at a time. Quaternions [n][4], scalar part first; inputs of any length, outputs of length 1. Errors: -1 NULL, or a
+ * quaternion of zeros; -3; -6. All since 0.1. */
+
+/* quaternion = exp(vector), vector [n][3]. */
+int32_t finshell_rotation_exp(int32_t n, const double *vector, double *quaternion, int32_t *codes, finshell_status *status);
+
+/* vector [n][3] = log(quaternion), |vector| <= pi. */
+int32_t finshell_rotation_log(int32_t n, const double *quaternion, double *vector, int32_t *codes, finshell_status *status);
+
+/* c = a b: first the rotation b, then a. */
+int32_t finshell_rotation_compose(int32_t n, const double *a, const double *b, double *c, int32_t *codes,
+                                  finshell_status *status);
+
+/* quaternion <- exp(spin) quaternion, in place; spin [n][3]. One that fails stays as it was. */
+int32_t finshell_rotation_update(int32_t n, const double *spin, double *quaternion, int32_t *codes, finshell_status *status);
+
+/* matrix [n][3][3], by rows: matrix[e][i][j] = R_ij. */
+int32_t finshell_rotation_matrix(int32_t n, const double *quaternion, double *matrix, int32_t *codes, finshell_status *status);
+
+/* T(vector) [n][3][3], by rows: spin = T d vector. Moments conjugate to the vector are T' times those conjugate to the spin. */
+int32_t finshell_rotation_tangent(int32_t n, const double *vector, double *tangent, int32_t *codes, finshell_status *status);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
