@@ -15,7 +15,7 @@ module finshell_step
    type :: convergence_t
       real(wp) :: residual = 5.0e-3_wp !< out-of-balance force over reference force, and moments likewise
       real(wp) :: correction = 1.0e-2_wp !< last correction over the whole increment, displacements and rotations
-      integer :: maximum_iterations = 16
+      integer :: maximum_iterations = 25
       real(wp) :: rotation_limit = 0.4_wp !< largest rotation (radian) of a node in one iteration; <= 0: no limit
    end type convergence_t
 
