@@ -88,6 +88,9 @@ contains
       self%size = mesh_size(structure%mesh)
       self%detail = mean_side(structure%mesh)
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, 2)) > 0)
+      if (allocated(self%residual)) &
+         deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
+      if (allocated(self%watched)) deallocate (self%watched)
       allocate (self%residual(self%n), self%rate(self%n), source=0.0_wp)
       allocate (self%values(pattern%entries()), self%internal_force(6, nodes), self%external_force(6, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
