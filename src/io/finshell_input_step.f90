@@ -97,6 +97,7 @@ contains
          call get(group, 'residual_tolerance', c%residual, error, default=c%residual, above=0.0_wp)
          call get(group, 'correction_tolerance', c%correction, error, default=c%correction, above=0.0_wp)
          call get(group, 'maximum_iterations', c%maximum_iterations, error, default=c%maximum_iterations, minimum=1)
+         call get(group, 'mixed', c%mixed, error, default=c%mixed)
          call get(group, 'rotation_limit', c%rotation_limit, error, default=c%rotation_limit)
       end associate
    end subroutine read_convergence

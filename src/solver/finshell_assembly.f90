@@ -5,7 +5,7 @@
 !> in the axes of the nodes, as the equations are (finshell_equations turns nodal vectors into equations).
 module finshell_assembly
 !$ use omp_lib, only: omp_get_max_threads
-   use finshell_batch, only: evaluate_elements, rotation_quaternion
+   use finshell_batch, only: evaluate_elements, n_resultants, predict_resultants, rotation_quaternion
    use finshell_colouring, only: patches_t, new_patches
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp, i4
@@ -15,7 +15,7 @@ module finshell_assembly
    use finshell_status, only: status_ok, status_invalid_argument
    implicit none
    private
-   public :: assembly_t, new_assembly, assemble, add_element_contributions
+   public :: assembly_t, new_assembly, assemble, predict_stress, add_element_contributions
 
    !> Elements are kept in the order of their patches: "slot" s holds element `patches%element(s)`.
    type :: assembly_t
@@ -90,7 +90,7 @@ contains
 
    !> Evaluate all elements and add them up. Without `values` only forces are evaluated, which is cheaper.
    subroutine assemble(self, sections, coordinates, u, q, internal_force, status, bad_element, values, energy, material_axes, &
-                       threads)
+                       threads, resultants)
       type(assembly_t), intent(in) :: self
       type(section_t), intent(in) :: sections(:)
       real(wp), intent(in) :: coordinates(:, :) !< (3, nodes) reference positions
@@ -103,8 +103,10 @@ contains
       real(wp), optional, intent(out) :: energy !< strain energy
       real(wp), optional, intent(in) :: material_axes(:, :) !< (3, elements) material direction 1
       integer, optional, intent(in) :: threads !< default: as OpenMP would
+      !> (n_resultants, slots) from `predict_stress`: for the geometric part of the tangent; unallocated counts as absent.
+      real(wp), optional, intent(in) :: resultants(:, :)
       real(wp), allocatable :: patch_energy(:)
-      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :)
+      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :), stress(:, :)
       integer(i4), allocatable :: element_status(:)
       integer :: p, c, i, j, s, n, most, team
 
@@ -117,12 +119,13 @@ contains
       !$ team = omp_get_max_threads()
       if (present(threads)) team = max(1, threads)
 
-      !$omp parallel num_threads(team) default(shared) private(x, v, r, f, k, w, axes, element_status, p, c, i, j, s, n)
+      !$omp parallel num_threads(team) default(shared) private(x, v, r, f, k, w, axes, stress, element_status, p, c, i, j, s, n)
       allocate (x(3, 3, most), v(3, 3, most), r(4, 3, most), f(18, most), element_status(most))
       ! What is not asked for stays unallocated, and so counts as absent in the call below.
       if (present(values)) allocate (k(18, 18, most))
       if (present(energy)) allocate (w(most))
       if (present(material_axes)) allocate (axes(3, most))
+      if (present(resultants) .and. present(values)) allocate (stress(n_resultants, most))
       if (present(values)) then
          !$omp do schedule(static)
          do i = 1, size(values)
@@ -147,9 +150,10 @@ contains
                   r(:, j, i) = q(:, self%corner(j, s + i))
                end do
                if (allocated(axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
+               if (allocated(stress)) stress(:, i) = resultants(:, s + i)
             end do
             call evaluate_elements(sections(self%patches%group(p)), n, x, v, r(:, :, :n), rotation_quaternion, element_status, &
-                                   energy=w, force=f, tangent=k, direction=axes, threads=1)
+                                   energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress)
             if (any(element_status(:n) /= status_ok)) then
                !$omp critical (finshell_bad_element)
                do i = 1, n
@@ -179,6 +183,39 @@ contains
          if (bad_element == 0) energy = sum(patch_energy)
       end if
    end subroutine assemble
+
+   !> Resultants of all elements, linearised at this state for nodal displacements and spins (mixed-integration-point Newton).
+   subroutine predict_stress(self, sections, coordinates, u, q, increment, resultants, material_axes)
+      type(assembly_t), intent(in) :: self
+      type(section_t), intent(in) :: sections(:)
+      real(wp), intent(in) :: coordinates(:, :), u(:, :), q(:, :) !< as for `assemble`
+      real(wp), intent(in) :: increment(:, :) !< (6, nodes) displacements and spins, global axes
+      real(wp), intent(out) :: resultants(:, :) !< (n_resultants, slots): in the order of the assembly
+      real(wp), optional, intent(in) :: material_axes(:, :)
+      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :)
+      integer(i4), allocatable :: element_status(:)
+      integer :: i, j, n, p, s
+
+      !$omp parallel do schedule(dynamic) default(shared) private(x, v, r, d, axes, element_status, i, j, n, s)
+      do p = 1, size(self%patches%group)
+         s = self%patches%first(p) - 1
+         n = self%patches%first(p + 1) - self%patches%first(p)
+         allocate (x(3, 3, n), v(3, 3, n), r(4, 3, n), d(18, n), axes(3, n), element_status(n))
+         do i = 1, n
+            do j = 1, 3
+               x(:, j, i) = coordinates(:, self%corner(j, s + i))
+               v(:, j, i) = u(:, self%corner(j, s + i))
+               r(:, j, i) = q(:, self%corner(j, s + i))
+               d(6*j - 5:6*j, i) = increment(:, self%corner(j, s + i))
+            end do
+            axes(:, i) = [1, 0, 0]
+            if (present(material_axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
+         end do
+         call predict_resultants(sections(self%patches%group(p)), n, x, v, r, d, resultants(:, s + 1:s + n), element_status, axes)
+         deallocate (x, v, r, d, axes, element_status)
+      end do
+      !$omp end parallel do
+   end subroutine predict_stress
 
    !> Add forces that act through elements to the external forces, and take their stiffness from the tangent.
    !>

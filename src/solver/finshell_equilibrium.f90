@@ -11,13 +11,14 @@ module finshell_equilibrium
    use finshell_error, only: error_t, raise, text_of
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion, update_quaternion
+   use finshell_batch, only: n_resultants
    use finshell_mesh, only: mesh_t, mesh_size, find_node_set, node_set_names
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t, new_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
    use finshell_external, only: external_t, new_external
    use finshell_sparsity, only: sparsity_t, new_sparsity
-   use finshell_assembly, only: assembly_t, new_assembly, assemble
+   use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
    use finshell_load_terms, only: add_pressures, add_turning, add_motion
    use finshell_mechanism, only: check_mechanism, name_mode
@@ -130,7 +131,7 @@ contains
          if (tangent) then
             self%assemblies = self%assemblies + 1
             call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               self%internal_force, status, bad_element, self%values, material_axes=s%direction)
+               self%internal_force, status, bad_element, self%values, material_axes=s%direction, resultants=self%stress)
          else
             self%force_evaluations = self%force_evaluations + 1
             call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
@@ -235,6 +236,13 @@ contains
          node = self%equations%moved(i)
          nodal(:, node) = nodal(:, node) + factor_change*self%equations%motion(:, i, active)
       end do
+      if (self%mixed) then
+         if (.not. allocated(self%stress)) allocate (self%stress(n_resultants, self%assembly%elements))
+         associate (s => self%structure)
+            call predict_stress(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, nodal, &
+               self%stress, s%direction)
+         end associate
+      end if
       do i = 1, size(nodal, 2)
          self%state%displacement(:, i) = self%state%displacement(:, i) + nodal(1:3, i)
          self%state%rotation(:, i) = update_quaternion(self%state%rotation(:, i), nodal(4:6, i))

@@ -243,6 +243,7 @@ contains
       logical :: known
 
       allocate (x(problem%n))
+      problem%mixed = step%convergence%mixed
       constraint%control = attempt%control
       constraint%load_weight = self%load_weight
       constraint%sense = sign(1.0_wp, attempt%size)

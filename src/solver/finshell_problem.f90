@@ -19,6 +19,9 @@ module finshell_problem
       type(state_t) :: state, base, iterate
       logical :: has_constants = .false. !< there are constant loads or supports
       logical :: constant_phase = .false. !< the factor is that of the constant loads and supports
+      !> Mixed iteration: `move` predicts the stresses of the elements, `evaluate` uses them in the geometric part of the tangent.
+      logical :: mixed = .false.
+      real(wp), allocatable :: stress(:, :) !< unallocated where the elements' own count: at the start of an increment
 
       ! Left by `evaluate`:
       real(wp), allocatable :: residual(:) !< (n) external minus internal force
@@ -150,12 +153,14 @@ contains
    subroutine accept(self)
       class(problem_t), intent(inout) :: self
       self%base = self%state
+      if (allocated(self%stress)) deallocate (self%stress)
    end subroutine accept
 
    !> Forget the trial state.
    subroutine restore(self)
       class(problem_t), intent(inout) :: self
       self%state = self%base
+      if (allocated(self%stress)) deallocate (self%stress)
    end subroutine restore
 
    subroutine keep_iterate(self)
