@@ -1,0 +1,164 @@
+"""Sections, and elements many at a time."""
+from __future__ import annotations
+
+import ctypes
+import enum
+import weakref
+from dataclasses import dataclass
+from typing import Any, List, Mapping, Optional, Sequence, Tuple
+
+import numpy as np
+
+from ._library import (CLayer, Codes, Doubles, Status, array, check, code_pointer, library, pairs, pointer)
+
+
+class Rotation(enum.IntEnum):
+    """How rotations are given, and what force and tangent refer to."""
+
+    VECTOR = 1  # total rotation vectors (n, 3, 3)
+    QUATERNION = 2  # quaternions (n, 3, 4), scalar part first; force and tangent refer to spins
+    INCREMENT = 3  # rotation vectors (n, 3, 3) since `state`, quaternions (n, 3, 4)
+
+
+@dataclass
+class Layer:
+    """One layer of a section; angle in degrees."""
+
+    material: str
+    parameters: Mapping[str, float]
+    thickness: float
+    angle: float = 0.0
+    points: int = 3
+    density: float = 0.0
+
+
+@dataclass
+class Evaluation:
+    """What `Section.evaluate` returns; what was not asked for is None."""
+
+    energy: Optional[Doubles]  # (n,)
+    force: Optional[Doubles]  # (n, 18), u1 t1 u2 t2 u3 t3
+    tangent: Optional[Doubles]  # (n, 18, 18)
+    codes: Codes  # (n,)
+
+
+@dataclass
+class Recovery:
+    """What `Section.recover` returns."""
+
+    stretch: Doubles  # (n,) thickness stretch
+    membrane_force: Doubles  # (n, 3): 11, 22, 12
+    moment: Doubles  # (n, 3)
+    stress: Doubles  # (n, 3, 3): bottom, middle, top; 11, 22, 12
+    codes: Codes  # (n,)
+
+
+class Section:
+    """What elements are made of; immutable, shared by any number of threads."""
+
+    def __init__(self, material: str, parameters: Mapping[str, float], thickness: float, **options: float) -> None:
+        """One layer. Options: thickness_points, formulation (1: S, 2: P), beta0, offset, density."""
+        names, values = pairs(list(parameters), list(parameters.values()))
+        option_names, option_values = pairs(list(options), list(options.values()))
+        handle, status = ctypes.c_void_p(), Status()
+        library().finshell_section_create(material.encode(), len(parameters), names, values, thickness, len(options), option_names,
+                                          option_values, ctypes.byref(handle), ctypes.byref(status))
+        check(status)
+        self._own(handle)
+
+    @classmethod
+    def layered(cls, layers: Sequence[Layer], **options: float) -> "Section":
+        """Layers, bottom to top. Options: formulation, beta0, offset."""
+        c_layers = (CLayer * len(layers))()
+        kept = []
+        for c, layer in zip(c_layers, layers):
+            names, values = pairs(list(layer.parameters), list(layer.parameters.values()))
+            kept.append((names, values))
+            c.material, c.names, c.values = layer.material.encode(), names, values
+            c.parameters, c.points = len(layer.parameters), layer.points
+            c.thickness, c.angle, c.density = layer.thickness, layer.angle, layer.density
+        option_names, option_values = pairs(list(options), list(options.values()))
+        handle, status = ctypes.c_void_p(), Status()
+        library().finshell_section_create_layered(len(layers), c_layers, len(options), option_names, option_values,
+                                                  ctypes.byref(handle), ctypes.byref(status))
+        check(status)
+        section = cls.__new__(cls)
+        section._own(handle)
+        return section
+
+    def _own(self, handle: ctypes.c_void_p) -> None:
+        self._handle = handle
+        weakref.finalize(self, library().finshell_section_destroy, handle)
+
+    @staticmethod
+    def _motion(X: Any, u: Any, rotations: Any, convention: Rotation, state: Any, direction: Any) -> Tuple[int, List[Any]]:
+        X = array("X", X, (-1, 3, 3))
+        n = len(X)
+        return n, [X, array("u", u, (n, 3, 3)),
+                   array("rotations", rotations, (n, 3, 4 if convention == Rotation.QUATERNION else 3)),
+                   None if state is None else array("state", state, (n, 3, 4)),
+                   None if direction is None else array("direction", direction, (n, 3))]
+
+    def evaluate(self, X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
+                 direction: Any = None, energy: bool = True, force: bool = True, tangent: bool = True, threads: int = 1,
+                 raise_errors: bool = True) -> Evaluation:
+        """Energy, force and tangent of n elements.
+
+        X, u: (n, 3, 3) reference coordinates and displacements (element, node, component). rotations: (n, 3, 3) vectors or
+        (n, 3, 4) quaternions. direction: (n, 3), material direction 1 (default: global x). threads 0: as OpenMP chooses.
+        Raises Recoverable (cut the step) or Error when an element fails; with raise_errors=False failed elements have zeros
+        and a code in `codes`, and only a call that is wrong as a whole raises.
+        """
+        n, (X, u, rotations, state, direction) = self._motion(X, u, rotations, convention, state, direction)
+        result = Evaluation(np.empty(n) if energy else None, np.empty((n, 18)) if force else None,
+                            np.empty((n, 18, 18)) if tangent else None, np.zeros(n, np.int32))
+        status = Status()
+        library().finshell_evaluate(self._handle, n, pointer(X), pointer(u), pointer(rotations), int(convention), pointer(state),
+                                    pointer(direction), pointer(result.energy), pointer(result.force), pointer(result.tangent),
+                                    code_pointer(result.codes), threads, ctypes.byref(status))
+        if raise_errors or status.index < 0:
+            check(status)
+        return result
+
+    def recover(self, X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
+                direction: Any = None, raise_errors: bool = True) -> Recovery:
+        """Thickness stretch, resultants and Cauchy stresses of n elements; arguments as in `evaluate`."""
+        n, (X, u, rotations, state, direction) = self._motion(X, u, rotations, convention, state, direction)
+        result = Recovery(np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)), np.zeros(n, np.int32))
+        status = Status()
+        library().finshell_recover(self._handle, n, pointer(X), pointer(u), pointer(rotations), int(convention), pointer(state),
+                                   pointer(direction), pointer(result.stretch), pointer(result.membrane_force),
+                                   pointer(result.moment), pointer(result.stress), code_pointer(result.codes),
+                                   ctypes.byref(status))
+        if raise_errors or status.index < 0:
+            check(status)
+        return result
+
+    def mass(self, X: Any, *, lumped: bool = False) -> Doubles:
+        """Mass matrices (n, 18, 18) of n elements, or with `lumped` their diagonals (n, 18), from the density of the section."""
+        X = array("X", X, (-1, 3, 3))
+        n = len(X)
+        m = np.empty((n, 18) if lumped else (n, 18, 18))
+        status = Status()
+        library().finshell_mass(self._handle, n, pointer(X), None if lumped else pointer(m), pointer(m) if lumped else None, None,
+                                ctypes.byref(status))
+        check(status)
+        return m
+
+
+def follower_pressure(pressure: Any, X: Any, u: Any, *, symmetric: bool = False, origin: Any = None,
+                      stiffness: bool = True) -> Tuple[Doubles, Optional[Doubles]]:
+    """Nodal forces (n, 9) of a follower pressure (n,), and their derivative (n, 9, 9) with respect to u (row: force).
+
+    symmetric: gradient of p times the volume seen from `origin`, with a symmetric stiffness.
+    """
+    X = array("X", X, (-1, 3, 3))
+    n = len(X)
+    p, u = array("pressure", np.broadcast_to(pressure, n), (n,)), array("u", u, (n, 3, 3))
+    force, k = np.empty((n, 9)), np.empty((n, 9, 9)) if stiffness else None
+    status = Status()
+    library().finshell_pressure(n, pointer(p), pointer(X), pointer(u), int(symmetric),
+                                None if origin is None else pointer(array("origin", origin, (3,))), pointer(force), pointer(k),
+                                None, ctypes.byref(status))
+    check(status)
+    return force, None if k is None else k.transpose(0, 2, 1)  # the library stores columns

@@ -1,0 +1,160 @@
+"""Finding and loading libfinshell; what all calls share."""
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import os
+import pathlib
+import sys
+from typing import Any, Optional, Sequence, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Doubles = NDArray[np.float64]
+Codes = NDArray[np.int32]
+
+ABI = 1  # of the library this package was written for
+
+_NAMES = {"darwin": ["libfinshell.1.dylib", "libfinshell.dylib"], "win32": ["finshell.dll", "libfinshell.dll"]}.get(
+    sys.platform, ["libfinshell.so.1", "libfinshell.so"])
+
+
+class Status(ctypes.Structure):
+    """finshell_status of finshell.h."""
+
+    _fields_ = [("code", ctypes.c_int32), ("index", ctypes.c_int32), ("failed", ctypes.c_int32), ("message", ctypes.c_char * 244)]
+
+
+class CLayer(ctypes.Structure):
+    """finshell_layer of finshell.h."""
+
+    _fields_ = [("material", ctypes.c_char_p), ("names", ctypes.POINTER(ctypes.c_char_p)),
+                ("values", ctypes.POINTER(ctypes.c_double)), ("parameters", ctypes.c_int32), ("points", ctypes.c_int32),
+                ("thickness", ctypes.c_double), ("angle", ctypes.c_double), ("density", ctypes.c_double)]
+
+
+class CParameter(ctypes.Structure):
+    """finshell_parameter of finshell.h."""
+
+    _fields_ = [("name", ctypes.c_char * 32), ("meaning", ctypes.c_char * 128), ("default_value", ctypes.c_double),
+                ("example", ctypes.c_double), ("required", ctypes.c_int32), ("padding", ctypes.c_int32)]
+
+
+class Error(Exception):
+    """A call failed. `code` as in finshell.h, `index`: the element, or -1; `failed`: number of elements that failed."""
+
+    def __init__(self, code: int, text: str, index: int = -1, failed: int = 0) -> None:
+        super().__init__(text)
+        self.code = code
+        self.index = index
+        self.failed = failed
+
+
+class Recoverable(Error):
+    """A call failed because of the state (code > 0): cut the step and try again."""
+
+
+def find_library() -> str:
+    """Path of libfinshell: the environment variable FINSHELL_LIB, else beside this package, else where the system looks."""
+    path = os.environ.get("FINSHELL_LIB")
+    if path:
+        return path
+    here = pathlib.Path(__file__).resolve().parent
+    for folder in (here, here.parent):
+        for name in _NAMES:
+            if (folder / name).exists():
+                return str(folder / name)
+    return ctypes.util.find_library("finshell") or _NAMES[0]
+
+
+_D, _I, _P, _S = ctypes.POINTER(ctypes.c_double), ctypes.c_int32, ctypes.c_void_p, ctypes.POINTER(Status)
+_N = ctypes.POINTER(ctypes.c_char_p)
+_C = ctypes.POINTER(ctypes.c_int32)
+_PROTOTYPES: dict = {
+    "finshell_abi": (_I, []),
+    "finshell_version": (ctypes.c_char_p, []),
+    "finshell_message": (_I, [_I, ctypes.c_char_p, _I]),
+    "finshell_material_count": (_I, []),
+    "finshell_material_name": (_I, [_I, ctypes.c_char_p, _I, _S]),
+    "finshell_material_parameter_count": (_I, [ctypes.c_char_p, _S]),
+    "finshell_material_parameter": (_I, [ctypes.c_char_p, _I, ctypes.POINTER(CParameter), _S]),
+    "finshell_section_create": (_I, [ctypes.c_char_p, _I, _N, _D, ctypes.c_double, _I, _N, _D, ctypes.POINTER(_P), _S]),
+    "finshell_section_create_layered": (_I, [_I, ctypes.POINTER(CLayer), _I, _N, _D, ctypes.POINTER(_P), _S]),
+    "finshell_section_destroy": (None, [_P]),
+    "finshell_evaluate": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _C, _I, _S]),
+    "finshell_recover": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _D, _C, _S]),
+    "finshell_mass": (_I, [_P, _I, _D, _D, _D, _C, _S]),
+    "finshell_pressure": (_I, [_I, _D, _D, _D, _I, _D, _D, _D, _C, _S]),
+    "finshell_rotation_exp": (_I, [_I, _D, _D, _C, _S]),
+    "finshell_rotation_log": (_I, [_I, _D, _D, _C, _S]),
+    "finshell_rotation_compose": (_I, [_I, _D, _D, _D, _C, _S]),
+    "finshell_rotation_update": (_I, [_I, _D, _D, _C, _S]),
+    "finshell_rotation_matrix": (_I, [_I, _D, _D, _C, _S]),
+    "finshell_rotation_tangent": (_I, [_I, _D, _D, _C, _S]),
+}
+_loaded: Optional[ctypes.CDLL] = None
+
+
+def library() -> ctypes.CDLL:
+    """The library, loaded at the first call. Raises OSError when it is not found or does not fit."""
+    global _loaded
+    if _loaded is None:
+        path = find_library()
+        try:
+            lib = ctypes.CDLL(path)
+        except OSError as e:
+            raise OSError(f"libfinshell cannot be loaded ({e}): build it, and set FINSHELL_LIB to its path") from e
+        lib.finshell_abi.restype = ctypes.c_int32
+        if lib.finshell_abi() != ABI:
+            raise OSError(f"{path} has the ABI number {lib.finshell_abi()}, this package needs {ABI}")
+        for name, (restype, argtypes) in _PROTOTYPES.items():
+            function = getattr(lib, name)
+            function.restype, function.argtypes = restype, argtypes
+        _loaded = lib
+    return _loaded
+
+
+def check(status: Status) -> None:
+    """Raise what a status tells."""
+    if status.code == 0:
+        return
+    kind = Recoverable if status.code > 0 else Error
+    raise kind(status.code, status.message.decode(), status.index, status.failed)
+
+
+def array(name: str, values: Any, shape: Tuple[int, ...]) -> Doubles:
+    """Contiguous doubles of a given shape (-1: any length)."""
+    a = np.ascontiguousarray(values, dtype=np.float64)
+    if a.ndim != len(shape) or any(s not in (-1, n) for s, n in zip(shape, a.shape)):
+        expected = str(shape).replace("-1", "n")
+        raise ValueError(f"{name} has the shape {a.shape}, expected {expected}")
+    return a
+
+
+def pointer(a: Optional[Doubles]) -> Any:
+    """The data of an array, NULL for None."""
+    return None if a is None else a.ctypes.data_as(_D)
+
+
+def code_pointer(codes: Codes) -> Any:
+    """The data of an array of codes."""
+    return codes.ctypes.data_as(_C)
+
+
+def pairs(names: Sequence[str], values: Sequence[float]) -> Tuple[Any, Any]:
+    """C arrays of names and values; the caller keeps them while they are used."""
+    n = len(names)
+    return (ctypes.c_char_p * n)(*(s.encode() for s in names)), (ctypes.c_double * n)(*values)
+
+
+def version() -> str:
+    """Version of the library."""
+    return library().finshell_version().decode()
+
+
+def message(code: int) -> str:
+    """A sentence for a return code."""
+    buffer = ctypes.create_string_buffer(256)
+    library().finshell_message(code, buffer, len(buffer))
+    return buffer.value.decode()

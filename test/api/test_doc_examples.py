@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""The programs of doc/c_api.md, taken from the text, built against the installed library and run: all print the same numbers."""
+import os
+import sys
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import installed  # noqa: E402
+
+CMAKE = """cmake_minimum_required(VERSION 3.25)
+project(user LANGUAGES C Fortran)
+find_package(finshell REQUIRED)
+add_executable(in_fortran square.f90)
+target_link_libraries(in_fortran PRIVATE finshell::finshell_static)
+add_executable(in_c square.c)
+target_link_libraries(in_c PRIVATE finshell::finshell)
+"""
+
+
+def numbers(output):
+    return {line.split()[0]: float(line.split()[1]) for line in output.splitlines()}
+
+
+class Examples(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.keep, cls.libraries = installed.install()
+        cls.folder = cls.keep.name
+        cls.programs = installed.programs()
+        for language, name in (("c", "square.c"), ("c", "square.cpp"), ("fortran", "square.f90"), ("python", "square.py")):
+            with open(os.path.join(cls.folder, name), "w", encoding="utf-8") as f:
+                f.write(cls.programs[language])
+        cls.environment = installed.environment(cls.libraries)
+        cls.results = {}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.keep.cleanup()
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def pkg_config(self, *options):
+        return installed.run("pkg-config", *options, "finshell", env=self.environment).split()
+
+    def check(self, output):
+        """The numbers of the program in C, by pkg-config, and those of another one agree."""
+        if not self.results:
+            installed.run(installed.CC, "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *self.pkg_config("--cflags"),
+                          self.path("square.c"), "-o", self.path("square_c"), *self.pkg_config("--libs"))
+            self.results.update(numbers(installed.run(self.path("square_c"), env=self.environment)))
+        found = numbers(output)
+        self.assertEqual(list(found), ["energy", "force", "moment", "stiffness"])
+        for name, value in found.items():
+            self.assertAlmostEqual(value, self.results[name], delta=1e-13 * abs(self.results["stiffness"]), msg=name)
+        return found
+
+    def test_programs_are_short(self):
+        self.assertEqual(sorted(self.programs), ["c", "fortran", "python"])
+        for language, text in self.programs.items():
+            with self.subTest(language=language):
+                self.assertLessEqual(len(text.splitlines()), 40)
+
+    def test_static_library_from_c(self):
+        static = os.path.join(self.libraries, "libfinshell.a")
+        installed.run(installed.CC, "-std=c99", *self.pkg_config("--cflags"), self.path("square.c"), static, "-o",
+                      self.path("square_static"), "-lgfortran", "-lgomp", "-lm")
+        self.check(installed.run(self.path("square_static"), env=self.environment))
+
+    def test_c_plus_plus(self):
+        installed.run(installed.CXX, "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *self.pkg_config("--cflags"),
+                      self.path("square.cpp"), "-o", self.path("square_cpp"), *self.pkg_config("--libs"))
+        self.check(installed.run(self.path("square_cpp"), env=self.environment))
+
+    def test_python(self):
+        environment = dict(self.environment, PYTHONPATH=os.path.join(installed.SOURCE, "api", "python"),
+                           FINSHELL_LIB=os.path.join(self.libraries, "libfinshell.so"))
+        found = self.check(installed.run(sys.executable, self.path("square.py"), env=environment))
+        # 20 % stretch of a Mooney-Rivlin sheet: the energy of stretching alone, width kept, thickness 1/1.2
+        i1 = 1.2**2 + 1 + 1.2**-2
+        stretching = 0.1 * (80 + 20) * (i1 - 3)
+        self.assertLess(abs(found["energy"] / stretching - 1), 0.02)
+
+    def test_fortran_and_c_by_cmake(self):
+        with open(self.path("CMakeLists.txt"), "w", encoding="utf-8") as f:
+            f.write(CMAKE)
+        build = self.path("build")
+        installed.run("cmake", "-G", "Ninja", "-S", self.folder, "-B", build, f"-DCMAKE_PREFIX_PATH={self.folder}",
+                      f"-DCMAKE_Fortran_COMPILER={installed.FC}", f"-DCMAKE_C_COMPILER={installed.CC}")
+        installed.run("cmake", "--build", build)
+        for name in ("in_fortran", "in_c"):
+            with self.subTest(name=name):
+                self.check(installed.run(os.path.join(build, name), env=self.environment))
+
+    def test_layers_of_the_guide(self):
+        with open(self.path("layers.c"), "w", encoding="utf-8") as f:
+            f.write("#include <finshell.h>\n#include <stdio.h>\nint main(void)\n{\nint32_t code; finshell_section *section;\n"
+                    "finshell_status status;\n" + installed.layers_fragment() +
+                    'finshell_section_destroy(section);\nprintf("%s", status.message);\nreturn code;\n}\n')
+        installed.run(installed.CC, "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *self.pkg_config("--cflags"),
+                      self.path("layers.c"), "-o", self.path("layers"), *self.pkg_config("--libs"))
+        self.assertEqual(installed.run(self.path("layers"), env=self.environment), "")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+"""What the installed libraries show and need: functions finshell_* only, as many as the header declares; the runtimes only."""
+import os
+import re
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "api"))
+import installed  # noqa: E402
+
+RUNTIMES = r"(libgfortran|libgomp|libquadmath|libm|libmvec|libc|libgcc_s|libpthread|ld-linux\S*)\.so(\.\d+)?"
+
+
+def symbols(path, *options):
+    """Defined symbols of a library that others can link to."""
+    lines = installed.run("nm", "--defined-only", "--extern-only", *options, path).splitlines()
+    return {line.split()[2].split("@")[0] for line in lines if len(line.split()) == 3 and line.split()[1] != "A"}
+
+
+class Export(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.keep, cls.libraries = installed.install()
+        with open(os.path.join(cls.keep.name, "include", "finshell.h"), encoding="utf-8") as f:
+            cls.header = f.read()
+        cls.declared = set(re.findall(r"^(?:const char \*|int32_t |void )(finshell_\w+)\(", cls.header, re.M))
+        cls.shared = os.path.join(cls.libraries, "libfinshell.so")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.keep.cleanup()
+
+    def test_shared_library_is_the_header(self):
+        self.assertGreaterEqual(len(self.declared), 19)
+        self.assertEqual(symbols(self.shared, "-D"), self.declared)
+
+    def test_static_library(self):
+        shown = symbols(os.path.join(self.libraries, "libfinshell.a"))
+        self.assertEqual({s for s in shown if s.startswith("finshell_")}, self.declared)
+        # beside them: what Fortran modules export, all with our prefix
+        foreign = {s for s in shown if not re.match(r"(finshell_|__finshell_\w+_MOD_)", s)}
+        self.assertEqual(foreign, set())
+
+    def test_runtimes_only(self):
+        needed = re.findall(r"NEEDED\s+(\S+)", installed.run("objdump", "-p", self.shared))
+        self.assertIn("libgfortran.so.5", needed)
+        self.assertEqual([n for n in needed if not re.fullmatch(RUNTIMES, n)], [])
+
+    def test_abi_number(self):
+        abi = re.search(r"#define FINSHELL_ABI (\d+)", self.header).group(1)
+        soname = re.search(r"SONAME\s+(\S+)", installed.run("objdump", "-p", self.shared)).group(1)
+        self.assertEqual(soname, f"libfinshell.so.{abi}")
+        self.assertTrue(os.path.islink(self.shared))
+        self.assertTrue(os.path.exists(os.path.join(self.libraries, soname)))
+
+    def test_versions_agree(self):
+        version = re.search(r'#define FINSHELL_VERSION "([\d.]+)"', self.header).group(1)
+        self.assertEqual(installed.run("pkg-config", "--modversion", "finshell", env=installed.environment(self.libraries)).strip(),
+                         version)
+        for name, pattern in (("src/base/finshell_version.f90", r"version = '([\d.]+)'"), ("api/fpm.toml", r'version = "([\d.]+)"'),
+                              ("api/python/pyproject.toml", r'version = "([\d.]+)"'),
+                              ("api/python/finshell/__init__.py", r'__version__ = "([\d.]+)"')):
+            with self.subTest(name=name), open(os.path.join(installed.SOURCE, name), encoding="utf-8") as f:
+                self.assertEqual(re.search(pattern, f.read()).group(1), version)
+
+    def test_every_function_says_since_when(self):
+        blocks = re.split(r"\n\n", self.header)
+        for name in self.declared:
+            with self.subTest(name=name):
+                block = next(b for b in blocks if re.search(rf"^(const char [*]|int32_t |void ){name}[(]", b, re.M))
+                comment = block.split(f"{name}(")[0]
+                self.assertIn("*/", comment)
+                if name.startswith("finshell_rotation_"):
+                    self.assertIn("All since 0.1.", self.header)
+                else:
+                    self.assertRegex(re.sub(r"\s*\n \*\s*", " ", comment), r"Since \d+\.\d+\.")
+
+    def test_executable_stack_is_not_needed(self):
+        flags = subprocess.run(["readelf", "-lW", self.shared], capture_output=True, text=True, check=True).stdout
+        self.assertRegex(flags, r"GNU_STACK.* RW ")
+
+
+if __name__ == "__main__":
+    unittest.main()
