@@ -183,7 +183,8 @@ contains
             if (size(mine) == 0) cycle
             call gather(problem, state, elements(mine), x, u, q, direction)
             allocate (status(size(mine)), l(size(mine)), n(3, size(mine)), m(3, size(mine)), sigma(3, 3, size(mine)))
-            call recover_elements(structure%sections(s), size(mine), x, u, q, rotation_quaternion, status, l, n, m, sigma, direction)
+            call recover_elements(structure%sections(s), size(mine), x, u, q, rotation_quaternion, status, l, n, m, sigma, &
+                                  direction)
             i = findloc(status == status_ok, .false., dim=1)
             if (i > 0) then
                call raise(error, status(i), 'element '//text_of(elements(mine(i)))//': '//status_text(status(i)))
@@ -214,7 +215,8 @@ contains
          end do
          fields = [fields, field_t('rotation', 3, rotation)]
       end if
-      if (output%reaction) fields = [fields, field_t('reaction', 3, problem%internal_force(1:3, :) - problem%external_force(1:3, :))]
+      if (output%reaction) fields = [fields, field_t('reaction', 3, problem%internal_force(1:3, :) &
+                                                     - problem%external_force(1:3, :))]
    end function point_fields
 
    !> Element result fields. Nothing is recovered unless asked for.

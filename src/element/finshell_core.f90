@@ -2,7 +2,8 @@
 !>
 !> Core variables, in this order: midsurface strain (E11, E22, 2 E12); drilling angles tau_1..3; covariant slopes G_11, G_12,
 !> G_21, G_22, G_31, G_32. Strain at reference height Z: membrane(point) - lambda_Z Z sym grad G(point), formulation (S) or
-!> (P) of the theory. In (S) the membrane strain is constant over the element, so its terms are formed once for the three points together.
+!> (P) of the theory. In (S) the membrane strain is constant over the element, so its terms are formed once for the three points
+!> together.
 module finshell_core
    use finshell_kinds, only: wp, i4, lanes
    use finshell_bending, only: bending_t, new_bending

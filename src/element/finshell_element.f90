@@ -130,7 +130,8 @@ contains
       end do
       found = 0
       do i = 1, 3
-         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, stress(:, :, i), found)
+         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, &
+                            stress(:, :, i), found)
       end do
       where (status == 0) status = found
       ! from the element frame into the material direction

@@ -16,8 +16,8 @@ module finshell_step
       real(wp) :: residual = 5.0e-3_wp !< out-of-balance force over reference force, and moments likewise
       real(wp) :: correction = 1.0e-2_wp !< last correction over the whole increment, displacements and rotations
       integer :: maximum_iterations = 25
-      !> Mixed-integration-point Newton: the geometric part of the tangent uses stresses predicted by the linearisation. The solution
-      !> is unchanged; thin shells take much larger increments.
+      !> Mixed-integration-point Newton: the geometric part of the tangent uses stresses predicted by the linearisation. The
+      !> solution is unchanged; thin shells take much larger increments.
       logical :: mixed = .false.
       real(wp) :: rotation_limit = 0.4_wp !< largest rotation (radian) of a node in one iteration; <= 0: no limit
    end type convergence_t

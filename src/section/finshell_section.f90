@@ -11,8 +11,8 @@ module finshell_section
    use finshell_voigt, only: rotate_strain, rotate_stress, rotate_tangent
    implicit none
    private
-   public :: section_t, layer_t, ply_t, resultants_t, new_section, new_layered_section, integrate, midsurface_thickness, reference_membrane_tangent, &
-      cauchy_stress
+   public :: section_t, layer_t, ply_t, resultants_t, new_section, new_layered_section, integrate, midsurface_thickness, &
+      reference_membrane_tangent, cauchy_stress
    public :: formulation_s, formulation_p, points_per_block, default_beta0, default_points
 
    !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
