@@ -49,6 +49,7 @@ contains
       mesh%coordinates = scale*mesh%coordinates
       if (flip) mesh%triangles = mesh%triangles([1, 3, 2], :)
       call check_mesh(mesh, error)
+      if (allocated(error) .and. allocated(file)) error%message = file//': '//error%message
       call place_error(group, '', error)
    end subroutine read_mesh
 
