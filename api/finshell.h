@@ -69,7 +69,7 @@ typedef struct finshell_status {
 /* ------------------------------------------------------------------ version and messages */
 
 /* Version of the library, "0.1.0". Since 0.1. */
-const char *finshell_version(void);
+const char *finshell_version_text(void);
 
 /* FINSHELL_ABI of the library: unequal to that of the header, the two do not fit. Since 0.1. */
 int32_t finshell_abi(void);
@@ -85,7 +85,7 @@ typedef struct finshell_parameter {
    char name[32];
    char meaning[128];
    double default_value; /* when required is 0 */
-   double example;       /* a sensible value */
+   double example;       /* a sensible value; the default where it is not part of an example */
    int32_t required;     /* 1 or 0 */
    int32_t padding;
 } finshell_parameter;
@@ -116,7 +116,7 @@ typedef struct finshell_layer {
    int32_t points;   /* Gauss points through the layer, 1 to 12; 0: 3 */
    double thickness; /* > 0, length */
    double angle;     /* degrees, from the element's material direction to axis 1 of the law, about the normal */
-   double density;   /* mass per reference volume, used by finshell_mass only */
+   double density;   /* mass per reference volume, used by finshell_mass_matrix only */
 } finshell_layer;
 
 /* A section of one layer.
@@ -127,7 +127,7 @@ typedef struct finshell_layer {
  *     "formulation"       1: stabilised (S), 2: as published (P) (1)
  *     "beta0"             weight of the higher-order drilling strain, > 0 (0.01)
  *     "offset"            height of the middle of the section above the surface of the nodes, along the normal; length (0)
- *     "density"           mass per reference volume, used by finshell_mass only (0)
+ *     "density"           mass per reference volume, used by finshell_mass_matrix only (0)
  *   *section: the handle, NULL after an error.
  * Errors: -1 unknown law, parameter or option, missing or senseless value (the message names it and lists what there is);
  * -6. Since 0.1. */
@@ -186,7 +186,7 @@ int32_t finshell_recover(const finshell_section *section, int32_t n, const doubl
  * offset and with layers symmetric about the surface of the nodes the matrices hold in any motion; else the coupling of
  * displacement and spin is that of the reference normal (consistent), or left out (lumped).
  * Errors: -1, -2, -3, -6. Since 0.1. */
-int32_t finshell_mass(const finshell_section *section, int32_t n, const double *X, double *consistent, double *lumped,
+int32_t finshell_mass_matrix(const finshell_section *section, int32_t n, const double *X, double *consistent, double *lumped,
                       int32_t *codes, finshell_status *status);
 
 /* Follower pressure on the deformed surface of the nodes of n triangles.
@@ -201,7 +201,7 @@ int32_t finshell_mass(const finshell_section *section, int32_t n, const double *
  *                          is the elements' tangent minus this.
  *   codes [n]
  * Errors: -1, -3, -6. Since 0.1. */
-int32_t finshell_pressure(int32_t n, const double *pressure, const double *X, const double *u, int32_t form,
+int32_t finshell_pressure_load(int32_t n, const double *pressure, const double *X, const double *u, int32_t form,
                           const double *origin, double *force, double *stiffness, int32_t *codes, finshell_status *status);
 
 /* ------------------------------------------------------------------ rotations

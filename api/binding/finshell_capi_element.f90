@@ -98,7 +98,7 @@ contains
       code = judge(status, place, n, found)
    end function recover
 
-   function mass(section, n, x, consistent, lumped, codes, status) result(code) bind(c, name='finshell_mass')
+   function mass(section, n, x, consistent, lumped, codes, status) result(code) bind(c, name='finshell_mass_matrix')
       type(c_ptr), value :: section
       integer(c_int32_t), value :: n
       real(c_double), intent(in), optional :: x(3, 3, n)
@@ -106,7 +106,7 @@ contains
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      character(len=*), parameter :: place = 'finshell_mass'
+      character(len=*), parameter :: place = 'finshell_mass_matrix'
       type(section_t), pointer :: s
       integer(c_int32_t), allocatable :: found(:)
       integer :: memory
@@ -130,14 +130,14 @@ contains
       code = judge(status, place, n, found)
    end function mass
 
-   function pressure(n, p, x, u, form, origin, force, stiffness, codes, status) result(code) bind(c, name='finshell_pressure')
+   function pressure(n, p, x, u, form, origin, force, stiffness, codes, status) result(code) bind(c, name='finshell_pressure_load')
       integer(c_int32_t), value :: n, form
       real(c_double), intent(in), optional :: p(n), x(3, 3, n), u(3, 3, n), origin(3)
       real(c_double), intent(out), optional :: force(9, n), stiffness(9, 9, n)
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      character(len=*), parameter :: place = 'finshell_pressure'
+      character(len=*), parameter :: place = 'finshell_pressure_load'
       real(c_double) :: position(3, 3, 1), centre(3), f(9, 1)
       integer(c_int32_t), allocatable :: found(:)
       integer :: e, memory

@@ -27,7 +27,7 @@ module finshell_capi_information
 
 contains
 
-   function version_text() result(text) bind(c, name='finshell_version')
+   function version_text() result(text) bind(c, name='finshell_version_text')
       type(c_ptr) :: text
       text = c_loc(version_buffer)
    end function version_text

@@ -166,14 +166,11 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       type(ply_t), intent(inout), optional :: ply
       character(len=name_length), allocatable :: list(:)
-      character(len=:), allocatable :: known
       real(c_double), pointer :: numbers(:)
       integer :: i, j
 
       call read_pairs('option', options, names, values, list, numbers, error)
       if (allocated(error)) return
-      known = 'formulation, beta0, offset'
-      if (present(ply)) known = known//', thickness_points, density'
       do i = 1, options
          do j = 1, i - 1
             if (list(j) == list(i)) call raise(error, status_invalid_argument, 'option '''//trim(list(i))//''' is given twice')
@@ -185,16 +182,26 @@ contains
             chosen%beta0 = numbers(i)
          case ('offset')
             chosen%offset = numbers(i)
-         case ('thickness_points')
-            if (present(ply)) call whole_number(list(i), numbers(i), ply%points, error)
-         case ('density')
-            if (present(ply)) ply%density = numbers(i)
+         case default
+            if (.not. present(ply)) then
+               call raise(error, status_invalid_argument, unknown(list(i), 'formulation, beta0, offset'))
+            else if (list(i) == 'thickness_points') then
+               call whole_number(list(i), numbers(i), ply%points, error)
+            else if (list(i) == 'density') then
+               ply%density = numbers(i)
+            else
+               call raise(error, status_invalid_argument, unknown(list(i), 'formulation, beta0, offset, thickness_points, density'))
+            end if
          end select
-         if (index(', '//known//',', ', '//trim(list(i))//',') == 0 .or. list(i) == '') &
-            call raise(error, status_invalid_argument, 'unknown option '''//trim(list(i))//'''; options are '//known)
          if (allocated(error)) return
       end do
    end subroutine read_options
+
+   pure function unknown(name, known) result(text)
+      character(len=*), intent(in) :: name, known
+      character(len=:), allocatable :: text
+      text = 'unknown option '''//trim(name)//'''; options are '//known
+   end function unknown
 
    subroutine whole_number(name, value, number, error)
       character(len=*), intent(in) :: name

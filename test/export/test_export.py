@@ -42,6 +42,12 @@ class Export(unittest.TestCase):
         foreign = {s for s in shown if not re.match(r"(finshell_|__finshell_\w+_MOD_)", s)}
         self.assertEqual(foreign, set())
 
+    def test_no_name_is_a_module(self):
+        # names of modules and of C functions share one name space; compilers take one for the other
+        modules = {name[:-4] for _, _, names in os.walk(os.path.join(installed.SOURCE, "src")) for name in names}
+        self.assertIn("finshell_mass", modules)
+        self.assertEqual(self.declared & modules, set())
+
     def test_runtimes_only(self):
         needed = re.findall(r"NEEDED\s+(\S+)", installed.run("objdump", "-p", self.shared))
         self.assertIn("libgfortran.so.5", needed)

@@ -140,7 +140,7 @@ class Section:
         n = len(X)
         m = np.empty((n, 18) if lumped else (n, 18, 18))
         status = Status()
-        library().finshell_mass(self._handle, n, pointer(X), None if lumped else pointer(m), pointer(m) if lumped else None, None,
+        library().finshell_mass_matrix(self._handle, n, pointer(X), None if lumped else pointer(m), pointer(m) if lumped else None, None,
                                 ctypes.byref(status))
         check(status)
         return m
@@ -157,7 +157,7 @@ def follower_pressure(pressure: Any, X: Any, u: Any, *, symmetric: bool = False,
     p, u = array("pressure", np.broadcast_to(pressure, n), (n,)), array("u", u, (n, 3, 3))
     force, k = np.empty((n, 9)), np.empty((n, 9, 9)) if stiffness else None
     status = Status()
-    library().finshell_pressure(n, pointer(p), pointer(X), pointer(u), int(symmetric),
+    library().finshell_pressure_load(n, pointer(p), pointer(X), pointer(u), int(symmetric),
                                 None if origin is None else pointer(array("origin", origin, (3,))), pointer(force), pointer(k),
                                 None, ctypes.byref(status))
     check(status)

@@ -73,7 +73,7 @@ _N = ctypes.POINTER(ctypes.c_char_p)
 _C = ctypes.POINTER(ctypes.c_int32)
 _PROTOTYPES: dict = {
     "finshell_abi": (_I, []),
-    "finshell_version": (ctypes.c_char_p, []),
+    "finshell_version_text": (ctypes.c_char_p, []),
     "finshell_message": (_I, [_I, ctypes.c_char_p, _I]),
     "finshell_material_count": (_I, []),
     "finshell_material_name": (_I, [_I, ctypes.c_char_p, _I, _S]),
@@ -84,8 +84,8 @@ _PROTOTYPES: dict = {
     "finshell_section_destroy": (None, [_P]),
     "finshell_evaluate": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _C, _I, _S]),
     "finshell_recover": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _D, _C, _S]),
-    "finshell_mass": (_I, [_P, _I, _D, _D, _D, _C, _S]),
-    "finshell_pressure": (_I, [_I, _D, _D, _D, _I, _D, _D, _D, _C, _S]),
+    "finshell_mass_matrix": (_I, [_P, _I, _D, _D, _D, _C, _S]),
+    "finshell_pressure_load": (_I, [_I, _D, _D, _D, _I, _D, _D, _D, _C, _S]),
     "finshell_rotation_exp": (_I, [_I, _D, _D, _C, _S]),
     "finshell_rotation_log": (_I, [_I, _D, _D, _C, _S]),
     "finshell_rotation_compose": (_I, [_I, _D, _D, _D, _C, _S]),
@@ -150,7 +150,7 @@ def pairs(names: Sequence[str], values: Sequence[float]) -> Tuple[Any, Any]:
 
 def version() -> str:
     """Version of the library."""
-    return library().finshell_version().decode()
+    return library().finshell_version_text().decode()
 
 
 def message(code: int) -> str:

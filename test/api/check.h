@@ -1,0 +1,142 @@
+/* What the tests of the C interface share: checks that count, and a curved, stretched, twisted patch of elements. */
+#ifndef CHECK_H
+#define CHECK_H
+
+#include <finshell.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static int checks = 0, failures = 0;
+static FILE *report; /* where standard output was before `silence` */
+static FILE *caught;
+
+#define CHECK(condition) check((condition) != 0, #condition, __LINE__)
+#define CHECK_CLOSE(a, b, tolerance) check_close((a), (b), (tolerance), #a " = " #b, __LINE__)
+
+static inline void check(int holds, const char *text, int line)
+{
+   checks++;
+   if (holds) return;
+   failures++;
+   fprintf(report, "line %d: %s\n", line, text);
+}
+
+static inline void check_close(double a, double b, double tolerance, const char *text, int line)
+{
+   checks++;
+   if (fabs(a - b) <= tolerance) return;
+   failures++;
+   fprintf(report, "line %d: %s: %.16g, %.16g\n", line, text, a, b);
+}
+
+/* From here on, what anything prints lands in a file. */
+static inline void silence(void)
+{
+   report = fdopen(dup(1), "w");
+   caught = tmpfile();
+   if (!report || !caught || dup2(fileno(caught), 1) < 0 || dup2(fileno(caught), 2) < 0) abort();
+}
+
+/* Nothing was printed; number of failures as exit code. */
+static inline int finish(void)
+{
+   fflush(stdout);
+   fflush(stderr);
+   CHECK(lseek(fileno(caught), 0, SEEK_END) == 0);
+   fprintf(report, "%d checks, %d failures\n", checks, failures);
+   fflush(report);
+   return failures > 0;
+}
+
+/* n elements in a random state: reference triangles near the unit triangle, displacements, rotations not far from those of the
+ * element; caller frees. */
+typedef struct {
+   int32_t n;
+   double *X, *u, *vector, *quaternion, *direction; /* [n][3][3], [n][3][3], [n][3][3], [n][3][4], [n][3] */
+} patch;
+
+static inline double noise(uint32_t *seed)
+{
+   *seed = *seed * 1664525u + 1013904223u;
+   return (double)(*seed >> 8) / 16777216.0 - 0.5;
+}
+
+static inline patch new_patch(int32_t n, uint32_t seed)
+{
+   static const double corner[3][2] = {{0, 0}, {1, 0}, {0, 1}};
+   patch p;
+   p.n = n;
+   p.X = malloc(sizeof(double) * 9 * n);
+   p.u = malloc(sizeof(double) * 9 * n);
+   p.vector = malloc(sizeof(double) * 9 * n);
+   p.quaternion = malloc(sizeof(double) * 12 * n);
+   p.direction = malloc(sizeof(double) * 3 * n);
+   for (int32_t e = 0; e < n; e++) {
+      double t[3], q[4], r[3][3];
+      for (int c = 0; c < 3; c++) t[c] = 3 * noise(&seed);
+      finshell_rotation_exp(1, t, q, NULL, NULL);
+      finshell_rotation_matrix(1, q, &r[0][0], NULL, NULL);
+      for (int i = 0; i < 3; i++) {
+         double x[3], y[3];
+         x[0] = corner[i][0] + 0.2 * noise(&seed);
+         x[1] = corner[i][1] + 0.2 * noise(&seed);
+         x[2] = 0.2 * noise(&seed);
+         y[0] = 1.2 * x[0] + 0.1 * x[1] + 0.05 * noise(&seed);
+         y[1] = 0.9 * x[1] + 0.05 * noise(&seed);
+         y[2] = x[2] + 0.05 * noise(&seed);
+         for (int c = 0; c < 3; c++) {
+            p.X[9 * e + 3 * i + c] = x[c];
+            p.u[9 * e + 3 * i + c] = r[c][0] * y[0] + r[c][1] * y[1] + r[c][2] * y[2] - x[c];
+            p.vector[9 * e + 3 * i + c] = t[c] + 0.1 * noise(&seed);
+         }
+      }
+      for (int c = 0; c < 3; c++) p.direction[3 * e + c] = 1 + noise(&seed);
+   }
+   finshell_rotation_exp(3 * n, p.vector, p.quaternion, NULL, NULL);
+   return p;
+}
+
+static inline void free_patch(patch p)
+{
+   free(p.X);
+   free(p.u);
+   free(p.vector);
+   free(p.quaternion);
+   free(p.direction);
+}
+
+/* A Mooney-Rivlin section, and an anisotropic one of three layers. */
+static inline finshell_section *rubber(double thickness)
+{
+   const char *names[] = {"c10", "c01"}, *options[] = {"density"};
+   const double values[] = {80, 20}, density[] = {2.5};
+   finshell_section *section = NULL;
+   CHECK(finshell_section_create("mooney_rivlin", 2, names, values, thickness, 1, options, density, &section, NULL) == 0);
+   return section;
+}
+
+static inline finshell_section *laminate(double offset)
+{
+   const char *names[] = {"e1", "e2", "nu12", "g12"}, *options[] = {"offset"};
+   const double values[] = {3300, 1100, 0.25, 660};
+   finshell_layer layer[3];
+   finshell_section *section = NULL;
+   memset(layer, 0, sizeof layer);
+   for (int i = 0; i < 3; i++) {
+      layer[i].material = "orthotropic";
+      layer[i].parameters = 4;
+      layer[i].names = names;
+      layer[i].values = values;
+      layer[i].thickness = 0.02 + 0.01 * i;
+      layer[i].angle = 30 + 60 * i;
+      layer[i].points = 2;
+      layer[i].density = 1 + i;
+   }
+   CHECK(finshell_section_create_layered(3, layer, 1, options, &offset, &section, NULL) == 0);
+   return section;
+}
+#endif
