@@ -111,7 +111,7 @@ class BadInput(unittest.TestCase):
     def test_degenerate_triangle(self):
         mesh = gmsh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0)], [(1, 2, 3), (1, 4, 2)])
         (Path(self.folder.name) / "bad.msh").write_text(mesh)
-        self.refuse(self.swap("generator = 'rectangle' lengths = 10.0, 1.0 divisions = 4, 1", "file = 'bad.msh'"), "bad.msh", "2", "triangle")
+        self.refuse(self.swap("generator = 'rectangle' lengths = 10.0, 1.0 divisions = 4, 1", "file = 'bad.msh'"), "bad.msh", "element 2", "degenerate")
 
     def test_inverted_triangle(self):
         mesh = gmsh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [(1, 2, 3), (2, 3, 4)])
