@@ -180,7 +180,7 @@ contains
          do i = 1, size(namelist%groups)
             if (namelist%groups(i)%name /= 'section') cycle
             n = n + 1
-            call read_section(namelist%groups(i), materials, n, s, error)
+            call read_section(namelist%groups(i), folder_of(input%file), materials, n, s, error)
             if (allocated(error)) return
             if (n == size(s%sections)) call check_sections(namelist%groups(i), s, error)
          end do

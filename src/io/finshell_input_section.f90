@@ -5,18 +5,16 @@ module finshell_input_section
    use finshell_gauss, only: max_gauss_points
    use finshell_material, only: material_t
    use finshell_registry, only: new_material, material_names, material_parameters, parameter_t
-   use finshell_section, only: new_section, formulation_s, formulation_p, default_beta0, default_points
+   use finshell_section, only: new_layered_section, ply_t, formulation_s, formulation_p, default_beta0
    use finshell_mesh, only: find_element_set
    use finshell_structure, only: structure_t
-   use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
-   use finshell_input_common, only: get_sets, get_vector, place_error, kind_element
+   use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
+   use finshell_input_common, only: get_sets, place_error, kind_element
+   use finshell_input_direction, only: read_direction
    use finshell_text, only: nearest_name
    implicit none
    private
    public :: named_material_t, read_material, read_section, check_sections
-
-   !> Sine of the angle to the normal below which a direction is not projected on an element (the kernel would replace it).
-   real(wp), parameter :: nearly_normal = 2.0e-3_wp
 
    type :: named_material_t
       character(len=:), allocatable :: name
@@ -75,34 +73,35 @@ contains
    end function law_names
 
    !> &section: append one section and give it its elements.
-   subroutine read_section(group, materials, number, structure, error)
+   subroutine read_section(group, folder, materials, number, structure, error)
       type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: folder !< prefix of the files that the group names
       type(named_material_t), intent(in) :: materials(:)
       integer, intent(in) :: number !< of this section: structure%sections, %density and %element_section are there
       type(structure_t), intent(inout) :: structure
       type(error_t), allocatable, intent(inout) :: error
       type(error_t), allocatable :: refusal
+      type(ply_t), allocatable :: plies(:)
       character(len=:), allocatable :: sets(:), formulation
-      real(wp) :: thickness, beta0
-      integer :: points, m, i, e
+      real(wp) :: beta0, offset
+      integer :: i, e
 
       if (allocated(error)) return
-      call find_material(group, materials, m, error)
-      call get(group, 'thickness', thickness, error, above=0.0_wp)
-      call get(group, 'thickness_points', points, error, default=default_points, minimum=1, maximum=max_gauss_points)
+      call read_layers(group, materials, plies, error)
+      call get(group, 'offset', offset, error, default=0.0_wp)
       call get(group, 'formulation', formulation, error, default='S', choices='S, P')
       call get(group, 'beta0', beta0, error, default=default_beta0, above=0.0_wp)
       call get_sets(group, kind_element, structure%mesh, sets, error, required=.false.)
       if (allocated(error)) return
       if (size(sets) == 0) sets = ['all']
-      call new_section(structure%sections(number), materials(m)%law, thickness, refusal, &
-         merge(formulation_s, formulation_p, formulation == 'S'), beta0, points)
+      call new_layered_section(structure%sections(number), plies, refusal, &
+         merge(formulation_s, formulation_p, formulation == 'S'), beta0, offset)
       if (allocated(refusal)) then
          call place_error(group, '', refusal)
          call move_alloc(refusal, error)
          return
       end if
-      structure%density(number) = materials(m)%density
+      structure%density(number) = sum(plies%density*plies%thickness)/sum(plies%thickness)
       do i = 1, size(sets)
          associate (elements => structure%mesh%element_sets(find_element_set(structure%mesh, trim(sets(i))))%members)
             do e = 1, size(elements)
@@ -116,26 +115,60 @@ contains
             end do
          end associate
       end do
-      call read_direction(group, number, structure, error)
+      call read_direction(group, folder, number, structure, error)
       call check_all_used(group, error)
    end subroutine read_section
 
-   !> The material a section refers to.
-   subroutine find_material(group, materials, m, error)
+   !> The layers of a section, bottom to top: material, thickness, angle and thickness_points have one value for all layers or one
+   !> for each; there are as many layers as the longest of these lists has values.
+   subroutine read_layers(group, materials, plies, error)
       type(group_t), intent(inout) :: group
+      type(named_material_t), intent(in) :: materials(:)
+      type(ply_t), allocatable, intent(out) :: plies(:)
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=*), parameter :: keys(4) = [character(len=16) :: 'material', 'thickness', 'angle', 'thickness_points']
+      character(len=:), allocatable :: names(:)
+      real(wp), allocatable :: thickness(:), angle(:)
+      integer, allocatable :: points(:)
+      integer :: given(4), i, k, m, n
+
+      call get_strings(group, 'material', names, error, required=size(materials) /= 1)
+      call get(group, 'thickness', thickness, error, required=.true., above=0.0_wp)
+      call get(group, 'angle', angle, error)
+      call get(group, 'thickness_points', points, error, minimum=1, maximum=max_gauss_points)
+      if (allocated(error)) return
+      given = [size(names), size(thickness), size(angle), size(points)]
+      n = maxval(given)
+      do k = 1, size(keys)
+         if (given(k) <= 1 .or. given(k) == n) cycle
+         i = maxloc(given, 1)
+         call complain_about(group, trim(keys(k)), text_of(given(k))//' values, but '//trim(keys(i))//' has '//text_of(n) &
+            //'; expected one value for all layers or one for each', error)
+         return
+      end do
+      allocate (plies(n))
+      m = 1
+      do i = 1, n
+         if (i <= size(names)) call find_material(group, trim(names(i)), materials, m, error)
+         if (allocated(error)) return
+         allocate (plies(i)%law, source=materials(m)%law)
+         plies(i)%density = materials(m)%density
+         plies(i)%thickness = thickness(min(i, size(thickness)))
+         if (size(angle) > 0) plies(i)%angle = angle(min(i, size(angle)))
+         if (size(points) > 0) plies(i)%points = points(min(i, size(points)))
+      end do
+   end subroutine read_layers
+
+   !> A material by its name.
+   subroutine find_material(group, name, materials, m, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: name
       type(named_material_t), intent(in) :: materials(:)
       integer, intent(out) :: m
       type(error_t), allocatable, intent(inout) :: error
-      character(len=:), allocatable :: name, names, guess
+      character(len=:), allocatable :: names, guess
 
-      m = 0
       names = ''
-      if (size(materials) == 1) then
-         call get(group, 'material', name, error, default=materials(1)%name)
-      else
-         call get(group, 'material', name, error)
-      end if
-      if (allocated(error)) return
       do m = 1, size(materials)
          if (materials(m)%name == name) return
          if (m > 1) names = names//', '
@@ -146,47 +179,6 @@ contains
       if (names == '') names = '(none: a group &material is missing)'
       call complain_about(group, 'material', "there is no material '"//name//"'"//guess//'; materials: '//names, error)
    end subroutine find_material
-
-   !> Material direction 1 of the elements of a section: a constant vector, or around an axis.
-   subroutine read_direction(group, number, structure, error)
-      type(group_t), intent(inout) :: group
-      integer, intent(in) :: number
-      type(structure_t), intent(inout) :: structure
-      type(error_t), allocatable, intent(inout) :: error
-      real(wp) :: vector(3), axis(3), origin(3), d(3), normal(3), sides(3, 2)
-      integer :: e
-
-      call get_vector(group, 'direction', vector, error, default=[0.0_wp, 0.0_wp, 0.0_wp], nonzero=.true.)
-      call get_vector(group, 'direction_axis', axis, error, default=[0.0_wp, 0.0_wp, 0.0_wp], nonzero=.true.)
-      call get_vector(group, 'direction_origin', origin, error, default=[0.0_wp, 0.0_wp, 0.0_wp])
-      if (allocated(error)) return
-      if (has(group, 'direction') .and. has(group, 'direction_axis')) then
-         call complain_about(group, 'direction_axis', 'either direction or direction_axis is expected', error)
-         return
-      end if
-      if (has(group, 'direction_origin') .and. .not. has(group, 'direction_axis')) then
-         call complain_about(group, 'direction_origin', 'it belongs to direction_axis, which is missing', error)
-         return
-      end if
-      if (.not. has(group, 'direction') .and. .not. has(group, 'direction_axis')) return
-      if (.not. allocated(structure%direction)) &
-         structure%direction = spread([1.0_wp, 0.0_wp, 0.0_wp], 2, size(structure%element_section)) ! the default: global x
-      do e = 1, size(structure%element_section)
-         if (structure%element_section(e) /= number) cycle
-         associate (x => structure%mesh%coordinates(:, structure%mesh%triangles(:, e)))
-            d = vector
-            if (has(group, 'direction_axis')) d = cross(axis, sum(x, dim=2)/3 - origin)
-            sides = x(:, 2:3) - x(:, [1, 1])
-         end associate
-         normal = cross(sides(:, 1), sides(:, 2))
-         if (norm2(cross(normal, d)) <= nearly_normal*norm2(normal)*norm2(d)) then
-            call complain_about(group, trim(merge('direction     ', 'direction_axis', has(group, 'direction'))), &
-               'it gives element '//text_of(e)//' no direction: the vector there is zero or normal to the element', error)
-            return
-         end if
-         structure%direction(:, e) = d/norm2(d)
-      end do
-   end subroutine read_direction
 
    !> Every element needs a section.
    subroutine check_sections(group, structure, error)
@@ -200,10 +192,4 @@ contains
       if (missing > 0) call complain_about(group, '', text_of(missing)//' elements have no section, the first is element ' &
          //text_of(findloc(structure%element_section, 0, dim=1)), error)
    end subroutine check_sections
-
-   pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 end module finshell_input_section

@@ -1,0 +1,158 @@
+!> The material direction in the group &section of an input file: a vector, a field about a line or a point, or a file.
+module finshell_input_direction
+   use finshell_kinds, only: wp
+   use finshell_error, only: error_t, text_of
+   use finshell_structure, only: structure_t
+   use finshell_namelist, only: group_t, get, has, complain_about
+   use finshell_input_common, only: get_vector, place_error
+   use finshell_text, only: read_whole_file, is_blank, parse_real
+   implicit none
+   private
+   public :: read_direction
+
+   !> Sine of the angle to the normal below which a direction is not projected on an element (the kernel would replace it).
+   real(wp), parameter :: nearly_normal = 2.0e-3_wp
+   character(len=*), parameter :: fields = 'circumferential, axial, radial, central'
+
+contains
+
+   !> Material direction 1 of the elements of a section.
+   subroutine read_direction(group, folder, number, structure, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: folder !< prefix of the name of a file
+      integer, intent(in) :: number !< of the section: structure%element_section says which elements it has
+      type(structure_t), intent(inout) :: structure
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: field, file, key
+      real(wp), allocatable :: given(:, :)
+      real(wp) :: vector(3), axis(3), origin(3), d(3), normal(3), sides(3, 2)
+      integer :: e
+
+      call get_vector(group, 'direction', vector, error, default=[0.0_wp, 0.0_wp, 0.0_wp], nonzero=.true.)
+      call get_vector(group, 'direction_axis', axis, error, default=[0.0_wp, 0.0_wp, 0.0_wp], nonzero=.true.)
+      call get_vector(group, 'direction_origin', origin, error, default=[0.0_wp, 0.0_wp, 0.0_wp])
+      call get(group, 'direction_field', field, error, default='', choices=fields)
+      call get(group, 'direction_file', file, error, default='')
+      call check_combination(group, field, error)
+      if (allocated(error)) return
+      if (has(group, 'direction')) then
+         field = 'constant'
+         key = 'direction'
+      else if (has(group, 'direction_file')) then
+         field = 'file'
+         key = 'direction_file'
+         call read_vectors(group, folder//file, size(structure%element_section), given, error)
+         if (allocated(error)) return
+      else if (has(group, 'direction_axis') .or. field /= '') then
+         if (field == '') field = 'circumferential'
+         key = 'direction_field'
+         if (.not. has(group, 'direction_field')) key = 'direction_axis'
+         if (norm2(axis) > 0) axis = axis/norm2(axis)
+      else
+         return
+      end if
+
+      if (.not. allocated(structure%direction)) &
+         structure%direction = spread([1.0_wp, 0.0_wp, 0.0_wp], 2, size(structure%element_section)) ! the default: global x
+      do e = 1, size(structure%element_section)
+         if (structure%element_section(e) /= number) cycle
+         associate (x => structure%mesh%coordinates(:, structure%mesh%triangles(:, e)))
+            d = sum(x, dim=2)/3 - origin
+            sides = x(:, 2:3) - x(:, [1, 1])
+         end associate
+         select case (field)
+         case ('constant'); d = vector
+         case ('file'); d = given(:, e)
+         case ('circumferential'); d = cross(axis, d)
+         case ('axial'); d = axis
+         case ('radial'); d = d - dot_product(axis, d)*axis
+         end select
+         normal = cross(sides(:, 1), sides(:, 2))
+         if (.not. norm2(cross(normal, d)) > nearly_normal*norm2(normal)*norm2(d)) then
+            call complain_about(group, key, 'it gives element '//text_of(e) &
+               //' no direction: the vector there is zero or normal to the element', error)
+            return
+         end if
+         structure%direction(:, e) = d/norm2(d)
+      end do
+   end subroutine read_direction
+
+   !> Which keys go together.
+   subroutine check_combination(group, field, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: field
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=*), parameter :: kinds(3) = [character(len=14) :: 'direction', 'direction_axis', 'direction_file']
+      integer :: i, k
+
+      if (allocated(error)) return
+      do i = 1, size(kinds)
+         do k = i + 1, size(kinds)
+            if (has(group, trim(kinds(i))) .and. has(group, trim(kinds(k)))) then
+               call complain_about(group, trim(kinds(k)), 'either '//trim(kinds(i))//' or '//trim(kinds(k))//' is expected', error)
+               return
+            end if
+         end do
+      end do
+      if (field /= '' .and. (has(group, 'direction') .or. has(group, 'direction_file'))) then
+         call complain_about(group, 'direction_field', 'either a field or direction or direction_file is expected', error)
+      else if (field == 'central' .and. has(group, 'direction_axis')) then
+         call complain_about(group, 'direction_axis', "the field 'central' has no axis, only direction_origin", error)
+      else if (field /= '' .and. field /= 'central' .and. .not. has(group, 'direction_axis')) then
+         call complain_about(group, 'direction_field', 'it needs direction_axis, which is missing', error)
+      else if (has(group, 'direction_origin') .and. .not. has(group, 'direction_axis') .and. field /= 'central') then
+         call complain_about(group, 'direction_origin', 'it belongs to direction_axis or direction_field, which are missing', error)
+      end if
+   end subroutine check_combination
+
+   !> A file of three numbers for each element, separated by blanks; # begins a comment.
+   subroutine read_vectors(group, file, elements, vectors, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: file
+      integer, intent(in) :: elements
+      real(wp), allocatable, intent(out) :: vectors(:, :) !< (3, elements)
+      type(error_t), allocatable, intent(inout) :: error
+      type(error_t), allocatable :: refusal
+      character(len=:), allocatable :: text
+      integer :: at, first, line, found
+      logical :: ok
+
+      allocate (vectors(3, elements), source=0.0_wp)
+      call read_whole_file(file, text, refusal)
+      if (allocated(refusal)) then
+         call place_error(group, 'direction_file', refusal)
+         call move_alloc(refusal, error)
+         return
+      end if
+      text = text//achar(10)
+      line = 1
+      found = 0
+      at = 1
+      do while (at <= len(text))
+         if (text(at:at) == '#') at = at + index(text(at:), achar(10)) - 1
+         if (text(at:at) == achar(10)) line = line + 1
+         if (text(at:at) == achar(10) .or. is_blank(text(at:at))) then
+            at = at + 1
+            cycle
+         end if
+         first = at
+         do while (.not. (text(at:at) == achar(10) .or. text(at:at) == '#' .or. is_blank(text(at:at))))
+            at = at + 1
+         end do
+         found = found + 1
+         if (found > 3*elements) cycle
+         call parse_real(text(first:at - 1), vectors(mod(found - 1, 3) + 1, (found - 1)/3 + 1), ok)
+         if (ok) cycle
+         call complain_about(group, 'direction_file', file//':'//text_of(line)//": '"//text(first:at - 1)//"' is no number", error)
+         return
+      end do
+      if (found /= 3*elements) call complain_about(group, 'direction_file', file//' has '//text_of(found) &
+         //' numbers; expected three for each of the '//text_of(elements)//' elements of the mesh', error)
+   end subroutine read_vectors
+
+   pure function cross(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+   end function cross
+end module finshell_input_direction
