@@ -195,7 +195,7 @@ class Results(unittest.TestCase):
             with h5py.File(self.file) as file:
                 steps = int(file["VTKHDF/Steps"].attrs["NSteps"])
                 values = file["VTKHDF/PointData/temperature"][: steps * NODES].reshape(steps, NODES)
-                np.testing.assert_array_equal(values, [expected(k)[0]["temperature"] for k in range(steps)])
+                np.testing.assert_array_equal(values, np.array([expected(k)[0]["temperature"] for k in range(steps)]).reshape(values.shape))
             steps_found.append(steps)
             if steps > 0:
                 self.written(1, "restart")
