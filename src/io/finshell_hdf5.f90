@@ -478,11 +478,15 @@ contains
    subroutine start(error)
       type(error_t), allocatable, intent(out) :: error
       integer :: status
+      ! once in a process: some versions of HDF5 refuse a second start after h5dont_atexit
+      logical, save :: started = .false.
+      if (started) return
       ! HDF5 1.10 crashes in its exit handler after a write has failed; files are closed by their owners
       call h5dont_atexit_f(status)
       call h5open_f(status)
       if (status >= 0) call h5eset_auto_f(0, status)
-      if (status < 0) call raise(error, status_io_error, 'the HDF5 library cannot be started')
+      started = status >= 0
+      if (.not. started) call raise(error, status_io_error, 'the HDF5 library cannot be started')
    end subroutine start
 
    !> Ask the operating system first: it says why a file cannot be written, HDF5 does not.
