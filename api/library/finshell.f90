@@ -1,0 +1,1 @@
+../../src/finshell.f90
