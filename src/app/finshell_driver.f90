@@ -6,8 +6,10 @@ module finshell_driver
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t
    use finshell_input, only: input_t, read_input
+   use finshell_linear_step, only: solve_linear
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
+   use finshell_step, only: control_linear, control_buckling
    use finshell_version, only: version
 !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    implicit none
@@ -159,7 +161,12 @@ contains
       call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
       if (complain(error)) return
       do i = 1, size(input%steps)
-         call path%follow(problem, input%steps(i), reporter, error)
+         select case (input%steps(i)%control)
+         case (control_linear)
+            call solve_linear(problem, input%steps(i), reporter, error)
+         case default
+            call path%follow(problem, input%steps(i), reporter, error)
+         end select
          if (allocated(error)) exit
       end do
       call reporter%finish(problem%state, late)

@@ -9,7 +9,7 @@ module finshell_monitoring
    use finshell_monitor, only: monitor_t, output_t, monitor_displacement, monitor_rotation, monitor_reaction, &
       monitor_reaction_moment, monitor_thickness_stretch, monitor_volume, monitor_energy, monitor_membrane_force, monitor_moment
    use finshell_pressure, only: enclosed_volume
-   use finshell_quaternion, only: quaternion_to_rotation_vector
+   use finshell_quaternion, only: quaternion_to_rotation_vector, update_quaternion
    use finshell_state, only: state_t
    use finshell_status, only: status_ok, status_text
    implicit none
@@ -71,7 +71,7 @@ contains
                values(i) = sum(state%displacement(w%component, w%nodes))/size(w%nodes)
             case (monitor_rotation)
                do k = 1, size(w%nodes)
-                  vector = quaternion_to_rotation_vector(state%rotation(:, w%nodes(k)))
+                  vector = rotation_of(problem, state, w%nodes(k))
                   values(i) = values(i) + vector(w%component)/size(w%nodes)
                end do
             case (monitor_reaction, monitor_reaction_moment)
@@ -86,14 +86,87 @@ contains
                case (monitor_moment); values(i) = sum(recovery%moment(w%component, :))/size(w%elements)
                end select
             case (monitor_volume)
-               values(i) = pressurised_volume(problem, state)
+               values(i) = changed_volume(problem, state)
             case (monitor_energy)
-               values(i) = stored_energy(problem, state)
+               values(i) = changed_energy(problem, state)
             end select
             values(i) = w%factor*values(i)
          end associate
       end do
    end subroutine monitored_values
+
+   !> Rotation vector of a node. That of a linear change may be any multiple of a turn, which its quaternion does not know.
+   pure function rotation_of(problem, state, node) result(vector)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: node
+      real(wp) :: vector(3)
+      logical :: linear
+      linear = allocated(problem%change)
+      if (linear) then
+         linear = problem%change%alone
+         if (.not. linear) linear = .not. any(abs(problem%state%rotation(2:4, node)) > 0)
+      end if
+      if (linear) then
+         vector = problem%change%motion(4:6, node)
+      else
+         vector = quaternion_to_rotation_vector(state%rotation(:, node))
+      end if
+   end function rotation_of
+
+   !> The state of the problem moved by a part of its linear change.
+   pure function moved_state(problem, part) result(moved)
+      type(equilibrium_t), intent(in) :: problem
+      real(wp), intent(in) :: part
+      type(state_t) :: moved
+      integer :: i
+      moved = problem%state
+      do i = 1, size(moved%displacement, 2)
+         moved%displacement(:, i) = moved%displacement(:, i) + part*problem%change%motion(1:3, i)
+         moved%rotation(:, i) = update_quaternion(moved%rotation(:, i), part*problem%change%motion(4:6, i))
+      end do
+   end function moved_state
+
+   !> Part of a linear change over which a central difference gives derivatives to six digits and more.
+   pure real(wp) function small_part(problem)
+      type(equilibrium_t), intent(in) :: problem
+      real(wp), parameter :: small_rotation = 1.0e-5_wp
+      real(wp) :: largest
+      associate (motion => problem%change%motion)
+         largest = max(maxval(abs(motion(4:6, :))), maxval(abs(motion(1:3, :)))/problem%detail)
+      end associate
+      small_part = small_rotation
+      if (largest > 0) small_part = small_rotation/largest
+   end function small_part
+
+   !> Volume of the state, or linearised.
+   function changed_volume(problem, state) result(volume)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: volume
+      real(wp) :: part
+      if (.not. allocated(problem%change)) then
+         volume = pressurised_volume(problem, state)
+         return
+      end if
+      part = small_part(problem)
+      volume = (pressurised_volume(problem, moved_state(problem, part)) &
+                - pressurised_volume(problem, moved_state(problem, -part)))/(2*part)
+      if (.not. problem%change%alone) volume = volume + pressurised_volume(problem, problem%state)
+   end function changed_volume
+
+   !> Stored energy, to second order of a linear change.
+   function changed_energy(problem, state) result(energy)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: energy
+      if (.not. allocated(problem%change)) then
+         energy = stored_energy(problem, state)
+      else
+         energy = problem%change%energy
+         if (.not. problem%change%alone) energy = energy + stored_energy(problem, problem%state)
+      end if
+   end function changed_energy
 
    !> Volume between the pressurised elements and the origin of their pressure.
    function pressurised_volume(problem, state) result(volume)
@@ -162,8 +235,37 @@ contains
       end associate
    end subroutine gather
 
-   !> Recovered results of some elements, whatever their sections; in the order of `elements`.
+   !> Recovered results of some elements at a state, or of a linear change.
    subroutine recover(problem, state, elements, with_stress, r, error)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: elements(:)
+      logical, intent(in) :: with_stress
+      type(recovery_t), intent(out) :: r
+      type(error_t), allocatable, intent(out) :: error
+      type(recovery_t) :: forward, backward
+      real(wp) :: weight, half
+
+      if (.not. allocated(problem%change)) then
+         call recover_at(problem, state, elements, with_stress, r, error)
+         return
+      end if
+      call recover_at(problem, problem%state, elements, with_stress, r, error)
+      if (.not. allocated(error)) call recover_at(problem, moved_state(problem, small_part(problem)), elements, with_stress, &
+                                                  forward, error)
+      if (.not. allocated(error)) call recover_at(problem, moved_state(problem, -small_part(problem)), elements, with_stress, &
+                                                  backward, error)
+      if (allocated(error)) return
+      weight = merge(0.0_wp, 1.0_wp, problem%change%alone)
+      half = 0.5_wp/small_part(problem)
+      r%stretch = weight*r%stretch + half*(forward%stretch - backward%stretch)
+      r%force = weight*r%force + half*(forward%force - backward%force)
+      r%moment = weight*r%moment + half*(forward%moment - backward%moment)
+      if (with_stress) r%stress = weight*r%stress + half*(forward%stress - backward%stress)
+   end subroutine recover
+
+   !> The same at one state, whatever the sections; in the order of `elements`.
+   subroutine recover_at(problem, state, elements, with_stress, r, error)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: elements(:)
@@ -197,7 +299,7 @@ contains
             deallocate (status, l, n, m, sigma)
          end do
       end associate
-   end subroutine recover
+   end subroutine recover_at
 
    !> Nodal result fields.
    function point_fields(problem, state, output) result(fields)
@@ -211,7 +313,7 @@ contains
       if (output%rotation) then
          allocate (rotation(3, size(state%rotation, 2)))
          do i = 1, size(rotation, 2)
-            rotation(:, i) = quaternion_to_rotation_vector(state%rotation(:, i))
+            rotation(:, i) = rotation_of(problem, state, i)
          end do
          fields = [fields, field_t('rotation', 3, rotation)]
       end if

@@ -11,6 +11,7 @@ module finshell_reporter
    use finshell_observer, only: observer_t, record_t
    use finshell_results, only: results_file_t
    use finshell_state, only: state_t
+   use finshell_step, only: control_linear, control_buckling
    use finshell_version, only: version
    implicit none
    private
@@ -91,6 +92,7 @@ contains
       self%last = record
       if (.not. self%output%fields) return
       if (mod(record%increment, max(1, self%output%every)) == 0 &
+          .or. record%control == control_linear .or. record%control == control_buckling &
           .or. any(abs(self%levels - record%load_factor) <= 1.0e-10_wp*max(1.0_wp, abs(record%load_factor)))) &
          call self%write_fields(state, record, error)
    end subroutine increment

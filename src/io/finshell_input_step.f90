@@ -4,6 +4,7 @@ module finshell_input_step
    use finshell_error, only: error_t
    use finshell_mesh, only: mesh_t
    use finshell_step, only: step_t, convergence_t, convergence_preset, control_load, control_displacement, control_arc_length
+   use finshell_step, only: control_linear, control_buckling
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_common, only: get_set, get_component, kind_node
    implicit none
@@ -23,18 +24,39 @@ contains
 
       if (allocated(error)) return
       call get(group, 'name', step%name, error, default=default_name)
-      call get(group, 'control', control, error, default='load', choices='load, displacement, arc_length')
+      call get(group, 'control', control, error, default='load', &
+         choices='load, displacement, arc_length, linear')
       if (allocated(error)) return
       select case (control)
       case ('displacement'); step%control = control_displacement
       case ('arc_length'); step%control = control_arc_length
+      case ('linear'); step%control = control_linear
+      case ('buckling'); step%control = control_buckling
       case default; step%control = control_load
       end select
+      if (step%control == control_linear .or. step%control == control_buckling) then
+         call read_linear(group, step, error)
+         return
+      end if
       call read_targets(group, mesh, step, error)
       call read_increments(group, step, error)
       call read_convergence(group, step%convergence, error)
       call check_all_used(group, error)
    end subroutine read_step
+
+   !> Steps without iteration.
+   subroutine read_linear(group, step, error)
+      type(group_t), intent(inout) :: group
+      type(step_t), intent(inout) :: step
+      type(error_t), allocatable, intent(inout) :: error
+      if (step%control == control_linear) then
+         call get(group, 'load_factor', step%final_load_factor, error, default=1.0_wp)
+      else
+         call get(group, 'modes', step%modes, error, default=step%modes, minimum=1)
+         call get(group, 'near', step%near, error, default=step%near)
+      end if
+      call check_all_used(group, error)
+   end subroutine read_linear
 
    !> Where the step ends and what it must land on.
    subroutine read_targets(group, mesh, step, error)

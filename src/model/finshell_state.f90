@@ -3,7 +3,7 @@ module finshell_state
    use finshell_kinds, only: wp
    implicit none
    private
-   public :: state_t, new_state
+   public :: state_t, linear_change_t, new_state
 
    type :: state_t
       real(wp), allocatable :: displacement(:, :) !< (3, nodes), global
@@ -12,6 +12,13 @@ module finshell_state
       real(wp) :: constant_factor = 0 !< of constant loads and supports: rises to 1 before the first step
       integer :: increment = 0 !< number of converged increments
    end type state_t
+
+   !> A linear change of a state: the result of a linear solution, or a buckling mode.
+   type :: linear_change_t
+      real(wp), allocatable :: motion(:, :) !< (6, nodes) displacements and spins, global
+      logical :: alone = .false. !< results are those of the change, without the state it is a change of
+      real(wp) :: energy = 0 !< change of the stored energy, to second order
+   end type linear_change_t
 
 contains
 

@@ -6,10 +6,12 @@ module finshell_step
    implicit none
    private
    public :: step_t, convergence_t, convergence_preset
-   public :: control_load, control_displacement, control_arc_length, control_name
+   public :: control_load, control_displacement, control_arc_length, control_linear, control_buckling, control_name
 
    !> What is prescribed in an increment: the load factor; a displacement; the length of the increment.
    integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3
+   !> Steps that leave the state as it is: a linear solution, linear buckling (finshell_linear_step, finshell_buckling).
+   integer, parameter :: control_linear = 11, control_buckling = 12
 
    !> When an increment counts as converged: both criteria at once (norms: `finshell_convergence`).
    type :: convergence_t
@@ -49,6 +51,8 @@ module finshell_step
       integer :: wanted_iterations = 0 !< the size aims at this number of iterations; 0: 5, or 7 with tight tolerances
       logical :: extrapolate = .true. !< start an increment from the extrapolated path
       real(wp) :: load_scale = 0 !< arc-length: weight of the load factor in the length, 0 cylindrical, 1 spherical
+      integer :: modes = 4 !< buckling: number of modes
+      real(wp) :: near = 0 !< buckling: modes nearest to this load factor; 0: the lowest above the present one
       type(convergence_t) :: convergence
    end type step_t
 
@@ -78,6 +82,8 @@ contains
       case (control_load); name = 'load control'
       case (control_displacement); name = 'displacement control'
       case (control_arc_length); name = 'arc-length'
+      case (control_linear); name = 'linear'
+      case (control_buckling); name = 'buckling'
       case default; name = 'unknown control'
       end select
    end function control_name

@@ -14,7 +14,7 @@ module finshell_equilibrium
    use finshell_batch, only: n_resultants
    use finshell_mesh, only: mesh_t, mesh_size, find_node_set, node_set_names
    use finshell_structure, only: structure_t
-   use finshell_state, only: state_t, new_state
+   use finshell_state, only: state_t, linear_change_t, new_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
    use finshell_external, only: external_t, new_external
    use finshell_sparsity, only: sparsity_t, new_sparsity
@@ -37,9 +37,10 @@ module finshell_equilibrium
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       integer :: assemblies = 0, force_evaluations = 0
-      type(assembly_t), private :: assembly
-      real(wp), allocatable, private :: values(:)
-      integer, allocatable, private :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
+      type(linear_change_t), allocatable :: change !< reported instead of `state`: what a linear step adds to it
+      type(assembly_t) :: assembly
+      real(wp), allocatable :: values(:) !< of the matrix, left by `evaluate`
+      integer, allocatable :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
       integer, allocatable, private :: moved_elements(:) !< elements at moved nodes
    contains
       procedure :: evaluate

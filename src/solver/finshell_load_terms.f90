@@ -1,7 +1,7 @@
 !> What loads and moved supports add to the equations beside dead forces: pressures with their stiffness, the stiffness of dead
 !> moments, and the forces due to the motion of held nodes.
 module finshell_load_terms
-   use finshell_kinds, only: wp, i4
+   use finshell_kinds, only: wp, i4, lanes
    use finshell_rotation, only: spin
    use finshell_batch, only: evaluate_elements, rotation_quaternion
    use finshell_pressure, only: follower_pressure
@@ -13,7 +13,7 @@ module finshell_load_terms
    use finshell_assembly, only: assembly_t, add_element_contributions
    implicit none
    private
-   public :: add_pressures, add_turning, add_motion
+   public :: add_pressures, add_turning, add_motion, add_stiffness_times
 
 contains
 
@@ -112,29 +112,55 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: active !< factor that changes: 1 load factor, 2 constant factor
       real(wp), intent(inout) :: rate(:, :) !< (6, nodes)
-      real(wp) :: x(3, 3, 1), u(3, 3, 1), q(4, 3, 1), force(18, 1), tangent(18, 18, 1), motion(18), direction(3, 1)
-      integer(i4) :: status(1)
-      integer :: i, e, k, node
-
-      do i = 1, size(elements)
-         e = elements(i)
-         motion = 0
-         do k = 1, 3
-            node = structure%mesh%triangles(k, e)
-            x(:, k, 1) = structure%mesh%coordinates(:, node)
-            u(:, k, 1) = state%displacement(:, node)
-            q(:, k, 1) = state%rotation(:, node)
-            if (moved_of(node) > 0) motion(6*k - 5:6*k) = equations%motion(:, moved_of(node), active)
-         end do
-         direction(:, 1) = [1, 0, 0]
-         if (allocated(structure%direction)) direction(:, 1) = structure%direction(:, e)
-         call evaluate_elements(structure%sections(structure%element_section(e)), 1, x, u, q, rotation_quaternion, &
-            status, force=force, tangent=tangent, direction=direction, threads=1)
-         motion = matmul(tangent(:, :, 1), motion)
-         do k = 1, 3
-            node = structure%mesh%triangles(k, e)
-            rate(:, node) = rate(:, node) - motion(6*k - 5:6*k)
-         end do
+      real(wp), allocatable :: motion(:, :)
+      integer :: i
+      if (size(elements) == 0) return
+      allocate (motion(6, size(moved_of)), source=0.0_wp)
+      do i = 1, size(equations%moved)
+         motion(:, equations%moved(i)) = -equations%motion(:, i, active)
       end do
+      call add_stiffness_times(structure, elements, state, motion, rate)
    end subroutine add_motion
+
+   !> Add the change of the internal forces of some elements with the motion of their nodes, linearised at a state.
+   subroutine add_stiffness_times(structure, elements, state, motion, force)
+      type(structure_t), intent(in) :: structure
+      integer, intent(in) :: elements(:)
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
+      real(wp), intent(inout) :: force(:, :) !< (6, nodes)
+      real(wp) :: x(3, 3, lanes), u(3, 3, lanes), q(4, 3, lanes), f(18, lanes), k(18, 18, lanes), direction(3, lanes), change(18)
+      integer(i4) :: status(lanes)
+      integer :: e, first, i, j, n, node, section
+
+      first = 1
+      do while (first <= size(elements))
+         section = structure%element_section(elements(first))
+         n = 0
+         do while (n < lanes .and. first + n <= size(elements))
+            e = elements(first + n)
+            if (structure%element_section(e) /= section) exit
+            n = n + 1
+            do j = 1, 3
+               node = structure%mesh%triangles(j, e)
+               x(:, j, n) = structure%mesh%coordinates(:, node)
+               u(:, j, n) = state%displacement(:, node)
+               q(:, j, n) = state%rotation(:, node)
+            end do
+            direction(:, n) = [1, 0, 0]
+            if (allocated(structure%direction)) direction(:, n) = structure%direction(:, e)
+         end do
+         call evaluate_elements(structure%sections(section), n, x, u, q(:, :, :n), rotation_quaternion, status, force=f, &
+                                tangent=k, direction=direction, threads=1)
+         do i = 1, n
+            associate (nodes => structure%mesh%triangles(:, elements(first + i - 1)))
+               change = matmul(k(:, :, i), reshape(motion(:, nodes), [18]))
+               do j = 1, 3
+                  force(:, nodes(j)) = force(:, nodes(j)) + change(6*j - 5:6*j)
+               end do
+            end associate
+         end do
+         first = first + n
+      end do
+   end subroutine add_stiffness_times
 end module finshell_load_terms
