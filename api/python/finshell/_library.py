@@ -6,7 +6,7 @@ import ctypes.util
 import os
 import pathlib
 import sys
-from typing import Any, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +71,7 @@ def find_library() -> str:
 _D, _I, _P, _S = ctypes.POINTER(ctypes.c_double), ctypes.c_int32, ctypes.c_void_p, ctypes.POINTER(Status)
 _N = ctypes.POINTER(ctypes.c_char_p)
 _C = ctypes.POINTER(ctypes.c_int32)
-_PROTOTYPES: dict = {
+_PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_abi": (_I, []),
     "finshell_version_text": (ctypes.c_char_p, []),
     "finshell_message": (_I, [_I, ctypes.c_char_p, _I]),
@@ -150,7 +150,7 @@ def pairs(names: Sequence[str], values: Sequence[float]) -> Tuple[Any, Any]:
 
 def version() -> str:
     """Version of the library."""
-    return library().finshell_version_text().decode()
+    return str(library().finshell_version_text().decode())
 
 
 def message(code: int) -> str:

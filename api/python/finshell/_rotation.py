@@ -35,14 +35,14 @@ def compose(a: Any, b: Any) -> Doubles:
     """Quaternions of the rotations a b: first b, then a."""
     a = array("a", a, (-1, 4))
     b = array("b", b, (len(a), 4))
-    c = np.empty_like(a)
+    c = np.empty((len(a), 4))
     _call("finshell_rotation_compose", len(a), a, b, c)
     return c
 
 
 def update(quaternion: Any, spin: Any) -> Doubles:
     """exp(spin) quaternion, normalised, as a new array."""
-    q = array("quaternion", quaternion, (-1, 4)).copy()
+    q: Doubles = array("quaternion", quaternion, (-1, 4)).copy()
     s = array("spin", spin, (len(q), 3))
     _call("finshell_rotation_update", len(q), s, q)
     return q

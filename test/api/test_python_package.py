@@ -1,0 +1,261 @@
+#!/usr/bin/env python3
+"""The Python package: it says what the header says, passes arrays on as they are, and raises what the library reports."""
+import ctypes
+import gc
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+try:
+    import numpy as np
+except ImportError:
+    print("numpy is not installed")
+    sys.exit(77)
+
+SOURCE = os.environ.get("FINSHELL_SOURCE_DIR") or os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+PACKAGE = os.path.join(SOURCE, "api", "python")
+sys.path.insert(0, PACKAGE)
+import finshell  # noqa: E402
+from finshell import _library  # noqa: E402
+
+SQUARE = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], dtype=float)
+
+
+def rubber(**options):
+    return finshell.Section("mooney_rivlin", {"c10": 80.0, "c01": 20.0}, 0.1, **options)
+
+
+def bent():
+    u, t = np.zeros((2, 3, 3)), np.zeros((2, 3, 3))
+    u[:, :, 0] = 0.2 * SQUARE[:, :, 0]
+    t[:, :, 1] = -0.1 * SQUARE[:, :, 0]
+    return u, t
+
+
+class Header(unittest.TestCase):
+    """Prototypes and structures agree with finshell.h."""
+
+    def setUp(self):
+        with open(os.path.join(SOURCE, "api", "finshell.h"), encoding="utf-8") as f:
+            self.text = re.sub(r"/\*.*?\*/", "", f.read(), flags=re.S)
+
+    def test_prototypes(self):
+        kinds = {"int32_t": ctypes.c_int32, "double": ctypes.c_double, "const double *": _library._D, "double *": _library._D,
+                 "int32_t *": _library._C, "finshell_status *": _library._S, "const char *": ctypes.c_char_p, "char *": ctypes.c_char_p,
+                 "const finshell_section *": ctypes.c_void_p, "finshell_section *": ctypes.c_void_p,
+                 "finshell_section **": ctypes.POINTER(ctypes.c_void_p), "const char *const *": _library._N,
+                 "const finshell_layer *": ctypes.POINTER(_library.CLayer),
+                 "finshell_parameter *": ctypes.POINTER(_library.CParameter), "void": None}
+        found = re.findall(r"^(const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.text, re.M)
+        self.assertEqual({name for _, name, _ in found}, set(_library._PROTOTYPES))
+        for result, name, arguments in found:
+            with self.subTest(name=name):
+                types = [] if arguments == "void" else [
+                    kinds[re.sub(r"\s*\w+$", "", " ".join(a.split())).replace(" *", " *")] for a in arguments.split(",")]
+                self.assertEqual(_library._PROTOTYPES[name], (kinds[result.strip()], types))
+
+    def test_structures(self):
+        for name, structure in (("status", _library.Status), ("layer", _library.CLayer), ("parameter", _library.CParameter)):
+            fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.text, re.S).group(1)
+            names = [re.search(r"(\w+)(\[\d+\])?$", f.strip()).group(1) for f in fields.split(";") if f.strip()]
+            self.assertEqual([f[0] for f in structure._fields_], names)
+        self.assertEqual(ctypes.sizeof(_library.Status), 256)
+
+    def test_numbers(self):
+        self.assertEqual(finshell.ABI, int(re.search(r"define FINSHELL_ABI\s+(\d+)", self.text).group(1)))
+        for rotation in finshell.Rotation:
+            self.assertIn(f"FINSHELL_ROTATION_{rotation.name} = {rotation.value}", self.text)
+        self.assertEqual(finshell.version(), finshell.__version__)
+        self.assertEqual(finshell.message(0), "done")
+
+
+class Elements(unittest.TestCase):
+    def test_what_is_asked_for(self):
+        u, t = bent()
+        section = rubber()
+        everything = section.evaluate(SQUARE, u, t)
+        self.assertEqual([everything.energy.shape, everything.force.shape, everything.tangent.shape], [(2,), (2, 18), (2, 18, 18)])
+        self.assertGreater(everything.energy.min(), 0)
+        alone = section.evaluate(SQUARE, u, t, energy=False, tangent=False)
+        self.assertIsNone(alone.energy)
+        self.assertIsNone(alone.tangent)
+        np.testing.assert_allclose(alone.force, everything.force, atol=1e-12)
+        nothing = section.evaluate(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), np.zeros((0, 3, 3)))
+        self.assertEqual(nothing.energy.shape, (0,))
+
+    def test_any_memory_layout(self):
+        u, t = bent()
+        section = rubber()
+        expected = section.evaluate(SQUARE, u, t).force
+        found = section.evaluate(np.asfortranarray(SQUARE), u[::-1][::-1], t.astype(np.float32).tolist()).force
+        np.testing.assert_allclose(found, expected, atol=1e-6)
+        self.assertTrue((section.evaluate(np.asfortranarray(SQUARE), u[::-1][::-1], t.tolist()).force == expected).all())
+
+    def test_conventions(self):
+        u, t = bent()
+        section = rubber()
+        q = finshell.rotation_exp(t.reshape(-1, 3)).reshape(2, 3, 4)
+        identity = np.tile([1.0, 0, 0, 0], (2, 3, 1))
+        energies = [section.evaluate(SQUARE, u, t).energy, section.evaluate(SQUARE, u, q, finshell.Rotation.QUATERNION).energy,
+                    section.evaluate(SQUARE, u, t, finshell.Rotation.INCREMENT, state=identity).energy,
+                    section.evaluate(SQUARE, u, 0 * t, finshell.Rotation.INCREMENT, state=q).energy]
+        for energy in energies:
+            np.testing.assert_allclose(energy, energies[0], rtol=1e-12)
+
+    def test_errors(self):
+        u, t = bent()
+        section = rubber()
+        with self.assertRaisesRegex(ValueError, r"u has the shape \(2, 3\), expected \(2, 3, 3\)"):
+            section.evaluate(SQUARE, u[:, 0], t)
+        with self.assertRaisesRegex(ValueError, r"rotations has the shape .*, expected \(2, 3, 4\)"):
+            section.evaluate(SQUARE, u, t, finshell.Rotation.QUATERNION)
+        with self.assertRaisesRegex(finshell.Error, "state is NULL"):
+            section.evaluate(SQUARE, u, t, finshell.Rotation.INCREMENT)
+        with self.assertRaisesRegex(finshell.Error, "known laws are"):
+            finshell.Section("cheese", {}, 0.1)
+        with self.assertRaisesRegex(finshell.Error, "unknown option 'points'"):
+            rubber(points=3)
+        with self.assertRaisesRegex(finshell.Error, "layer 2: thickness is"):
+            finshell.Section.layered([finshell.Layer("neo_hookean", {"mu": 1.0}, h) for h in (1.0, -1.0)])
+        u[1, 2] = u[1, 1] + SQUARE[1, 1] - SQUARE[1, 2]
+        with self.assertRaises(finshell.Recoverable) as caught:
+            section.evaluate(SQUARE, u, t)
+        self.assertEqual((caught.exception.code, caught.exception.index, caught.exception.failed), (1, 1, 1))
+        result = section.evaluate(SQUARE, u, t, raise_errors=False)
+        self.assertEqual(result.codes.tolist(), [0, 1])
+        self.assertEqual(abs(result.tangent[1]).max(), 0)
+        u[0, 0, 0] = np.nan
+        with self.assertRaises(finshell.Error) as caught:
+            section.evaluate(SQUARE, u, t)
+        self.assertNotIsInstance(caught.exception, finshell.Recoverable)
+        self.assertEqual((caught.exception.code, caught.exception.index, caught.exception.failed), (-3, 0, 2))
+
+    def test_mass(self):
+        section = rubber(density=3.0)
+        m, lumped = section.mass(SQUARE), section.mass(SQUARE, lumped=True)
+        along = np.tile([1.0, 0, 0, 0, 0, 0], 3)
+        self.assertAlmostEqual(sum(along @ k @ along for k in m), 0.3, places=14)
+        self.assertAlmostEqual((lumped @ along).sum(), 0.3, places=14)
+        self.assertGreater(np.linalg.eigvalsh(m[0]).min(), 0)
+
+    def test_pressure(self):
+        u, _ = bent()
+        u += 0.1 * np.random.default_rng(1).normal(size=u.shape)
+        for symmetric in (False, True):
+            f, k = finshell.follower_pressure(2.0, SQUARE, u, symmetric=symmetric, origin=[0.1, 0.2, 0.3])
+            for j in range(9):
+                d = np.zeros(9)
+                d[j] = 1e-6
+                difference = [finshell.follower_pressure(2.0, SQUARE, u + s * d.reshape(3, 3), symmetric=symmetric,
+                                                         origin=[0.1, 0.2, 0.3], stiffness=False)[0] for s in (1, -1)]
+                np.testing.assert_allclose(k[:, :, j], (difference[0] - difference[1]) / 2e-6, atol=1e-8)
+            self.assertEqual(np.allclose(k, k.transpose(0, 2, 1)), symmetric)
+
+    def test_recovery_of_a_pure_stretch(self):
+        stretch = 1.3
+        u = np.zeros((2, 3, 3))
+        u[:, :, 0] = (stretch - 1) * SQUARE[:, :, 0]
+        r = rubber().recover(SQUARE, u, np.zeros((2, 3, 3)))
+        thickness = 1 / stretch
+        np.testing.assert_allclose(r.stretch, thickness, rtol=1e-12)
+        # incompressible Mooney-Rivlin, width kept: sigma_11 = 2 (c10 + c01) (l^2 - 1/l^2)
+        np.testing.assert_allclose(r.stress[:, :, 0], 200 * (stretch**2 - thickness**2), rtol=1e-10)
+        # second Piola-Kirchhoff resultant: N = h sigma_11 / l^2 (J = 1)
+        np.testing.assert_allclose(r.membrane_force[:, 0], 0.1 * 200 * (1 - thickness**4), rtol=1e-10)
+        np.testing.assert_allclose(r.moment, 0, atol=1e-12)
+
+    def test_layers(self):
+        layer = finshell.Layer("st_venant_kirchhoff", {"e": 1000.0, "nu": 0.3}, 0.05, angle=30.0)
+        u, t = bent()
+        two = finshell.Section.layered([layer, layer]).evaluate(SQUARE, u, t).energy
+        one = finshell.Section("st_venant_kirchhoff", {"e": 1000.0, "nu": 0.3}, 0.1).evaluate(SQUARE, u, t).energy
+        np.testing.assert_allclose(two, one, rtol=1e-12)
+
+    def test_rotations(self):
+        rng = np.random.default_rng(2)
+        v, w = rng.uniform(-1.5, 1.5, size=(5, 3)), rng.normal(size=(5, 3))
+        q = finshell.rotation_exp(v)
+        np.testing.assert_allclose(finshell.rotation_log(q), v, atol=1e-14)
+        moved = finshell.update(q, w)
+        np.testing.assert_allclose(moved, finshell.compose(finshell.rotation_exp(w), q), atol=1e-14)
+        a, b = finshell.rotation_matrix(finshell.rotation_exp(w)), finshell.rotation_matrix(q)
+        np.testing.assert_allclose(finshell.rotation_matrix(moved), a @ b, atol=1e-14)
+        np.testing.assert_allclose(finshell.rotation_tangent(v) @ v[:, :, None], v[:, :, None], atol=1e-14)
+
+    def test_materials(self):
+        self.assertIn("mooney_rivlin", finshell.material_names())
+        for name in finshell.material_names():
+            parameters = finshell.material_parameters(name)
+            values = {p.name: p.example for p in parameters if p.required or p.example != p.default}
+            self.assertIsInstance(finshell.Section(name, values, 0.1), finshell.Section)
+        with self.assertRaises(finshell.Error):
+            finshell.material_parameters("cheese")
+
+    def test_sections_are_freed_once(self):
+        for _ in range(100):
+            rubber()
+        gc.collect()
+        section = rubber()
+        self.assertGreater(section.evaluate(SQUARE, *bent()).energy.sum(), 0)
+
+
+class Finding(unittest.TestCase):
+    """Where the library is looked for."""
+
+    def python(self, code, folder=PACKAGE, **environment):
+        full = dict(os.environ, PYTHONPATH=folder, **environment)
+        return subprocess.run([sys.executable, "-c", code], env=full, capture_output=True, text=True, timeout=100, check=False)
+
+    def test_environment_variable(self):
+        done = self.python("import finshell; finshell.version()", FINSHELL_LIB="/nowhere/libfinshell.so")
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("set FINSHELL_LIB", done.stderr)
+
+    def test_another_abi(self):
+        done = self.python("from finshell import _library as l; l.ABI = 99; l.library()")
+        self.assertIn("has the ABI number 1, this package needs 99", done.stderr)
+
+    @unittest.skipUnless(os.environ.get("FINSHELL_LIB"), "needs FINSHELL_LIB")
+    def test_beside_the_package(self):
+        with tempfile.TemporaryDirectory() as folder:
+            copy = os.path.join(os.path.realpath(folder), "finshell")
+            shutil.copytree(os.path.join(PACKAGE, "finshell"), copy)
+            library = os.path.join(copy, "libfinshell.so.1")
+            shutil.copy(os.environ["FINSHELL_LIB"], library)
+            done = self.python("import finshell; print(finshell.version(), finshell.find_library())", folder, FINSHELL_LIB="")
+            self.assertEqual(done.stdout.split(), [finshell.__version__, library], msg=done.stderr)
+
+
+@unittest.skipUnless(importlib.util.find_spec("scipy"), "scipy is not installed")
+class Example(unittest.TestCase):
+    """examples/cantilever.py against the elastica (test/data/elastica_cantilever_end_shear.csv, force 4)."""
+
+    def test_cantilever(self):
+        sys.path.insert(0, os.path.join(PACKAGE, "examples"))
+        import cantilever
+        with open(os.path.join(SOURCE, "test", "data", "elastica_cantilever_end_shear.csv"), encoding="utf-8") as f:
+            lines = [line.split(",") for line in f.read().split()]
+        row = dict(zip(lines[0], map(float, lines[-1])))
+        self.assertEqual(row["P"], 4.0)
+        exact = np.array([-row["U_ext"], row["W_ext"]])
+        tips = []
+        for along in (10, 20):
+            tip, history = cantilever.cantilever(along)
+            self.assertLess(abs(tip[1]), 0.02)
+            tips.append(tip[[0, 2]])
+            for step, residuals in enumerate(history[3:]):
+                # quadratic convergence at the end: the last residual is about the square of the one before, or rounding
+                self.assertLess(residuals[-1], max(1e-8, 100 * residuals[-2] ** 2), msg=f"step {step + 4}: {residuals}")
+                self.assertLessEqual(len(residuals), 12)
+        np.testing.assert_allclose(tips[1], exact, rtol=2e-3)
+        # the error falls with the square of the element size
+        np.testing.assert_allclose((4 * tips[1] - tips[0]) / 3, exact, rtol=2e-4)
+
+
+if __name__ == "__main__":
+    unittest.main()
