@@ -88,6 +88,8 @@ contains
       call self%history%append(row, error)
       if (allocated(error)) return
       if (.not. self%quiet) call show(self, record, row%monitors)
+      if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
+         'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
       if (record%negative_pivots > 0) self%unstable = self%unstable + 1
       self%last = record
       if (.not. self%output%fields) return

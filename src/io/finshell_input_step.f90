@@ -4,9 +4,9 @@ module finshell_input_step
    use finshell_error, only: error_t
    use finshell_mesh, only: mesh_t
    use finshell_step, only: step_t, convergence_t, convergence_preset, control_load, control_displacement, control_arc_length
-   use finshell_step, only: control_linear, control_buckling
+   use finshell_step, only: control_volume, control_linear, control_buckling
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
-   use finshell_input_common, only: get_set, get_component, kind_node
+   use finshell_input_common, only: get_set, get_component, kind_node, kind_element
    implicit none
    private
    public :: read_step
@@ -25,11 +25,12 @@ contains
       if (allocated(error)) return
       call get(group, 'name', step%name, error, default=default_name)
       call get(group, 'control', control, error, default='load', &
-         choices='load, displacement, arc_length, linear')
+         choices='load, displacement, arc_length, volume, linear')
       if (allocated(error)) return
       select case (control)
       case ('displacement'); step%control = control_displacement
       case ('arc_length'); step%control = control_arc_length
+      case ('volume'); step%control = control_volume
       case ('linear'); step%control = control_linear
       case ('buckling'); step%control = control_buckling
       case default; step%control = control_load
@@ -64,17 +65,25 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(step_t), intent(inout) :: step
       type(error_t), allocatable, intent(inout) :: error
-      logical :: needs_displacement
+      logical :: needs_displacement, needs_volume
 
       call get(group, 'load_factor', step%final_load_factor, error, default=1.0_wp)
       step%ends_at_load_factor = has(group, 'load_factor') .or. step%control == control_load &
-         .or. (step%control == control_arc_length .and. .not. has(group, 'displacements'))
+         .or. (step%control == control_arc_length .and. .not. (has(group, 'displacements') .or. has(group, 'volumes')))
       call get(group, 'load_levels', step%load_levels, error)
       needs_displacement = step%control == control_displacement .or. has(group, 'node_set') .or. has(group, 'component') &
          .or. has(group, 'displacements')
       call get(group, 'displacements', step%displacements, error, required=needs_displacement)
       call get_component(group, 'x, y, z', step%component, error, required=needs_displacement)
       if (needs_displacement) call get_set(group, kind_node, mesh, step%node_set, error)
+      needs_volume = step%control == control_volume .or. has(group, 'volumes') .or. has(group, 'element_set')
+      call get(group, 'volumes', step%volumes, error, required=needs_volume)
+      if (allocated(error)) return
+      if (size(step%displacements) == 0) deallocate (step%displacements)
+      if (size(step%volumes) == 0) deallocate (step%volumes)
+      if (has(group, 'element_set')) call get_set(group, kind_element, mesh, step%element_set, error)
+      if (needs_volume .and. needs_displacement) &
+         call complain_about(group, 'volumes', 'a step monitors either a displacement or a volume', error)
    end subroutine read_targets
 
    subroutine read_increments(group, step, error)

@@ -6,10 +6,11 @@ module finshell_step
    implicit none
    private
    public :: step_t, convergence_t, convergence_preset
-   public :: control_load, control_displacement, control_arc_length, control_linear, control_buckling, control_name
+   public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
+   public :: prescribes_monitored
 
-   !> What is prescribed in an increment: the load factor; a displacement; the length of the increment.
-   integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3
+   !> What is prescribed in an increment: the load factor; a displacement; the length of the increment; an enclosed volume.
+   integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3, control_volume = 4
    !> Steps that leave the state as it is: a linear solution, linear buckling (finshell_linear_step, finshell_buckling).
    integer, parameter :: control_linear = 11, control_buckling = 12
 
@@ -37,6 +38,10 @@ module finshell_step
       character(len=:), allocatable :: node_set
       integer :: component = 0
       real(wp), allocatable :: displacements(:) !< values to land on exactly, in the order of passing; the last one ends the step
+      !> Volume control, and other controls if `volumes` are given: the volume behind an element set is monitored instead of a
+      !> displacement; unallocated: behind the elements whose pressure follows the load factor.
+      character(len=:), allocatable :: element_set
+      real(wp), allocatable :: volumes(:) !< as `displacements`
 
       !> Size of the first increment: of the load factor (load control, arc-length) or of the displacement (displacement
       !> control). 0: a tenth of the way to the end of the step. An arc-length step whose first load level lies ahead on the path
@@ -75,6 +80,13 @@ contains
       end select
    end subroutine convergence_preset
 
+   !> Does a control prescribe the monitored quantity (a displacement or a volume)?
+   elemental function prescribes_monitored(control) result(yes)
+      integer, intent(in) :: control
+      logical :: yes
+      yes = control == control_displacement .or. control == control_volume
+   end function prescribes_monitored
+
    pure function control_name(control) result(name)
       integer, intent(in) :: control
       character(len=:), allocatable :: name
@@ -82,6 +94,7 @@ contains
       case (control_load); name = 'load control'
       case (control_displacement); name = 'displacement control'
       case (control_arc_length); name = 'arc-length'
+      case (control_volume); name = 'volume control'
       case (control_linear); name = 'linear'
       case (control_buckling); name = 'buckling'
       case default; name = 'unknown control'

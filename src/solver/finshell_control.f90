@@ -1,18 +1,18 @@
-!> The scalar equation that closes an increment: load factor, displacement or length of the increment is prescribed.
+!> The scalar equation that closes an increment: load factor, displacement, volume or length of the increment is prescribed.
 !>
 !> With the correction split as x = eta x_r + change x_t, where K x_r = residual and K x_t = rate, one factorisation serves all
-!> three; each gives the change of the factor. Load control needs the sum only, so a single solve.
+!> all; each gives the change of the factor. Load control needs the sum only, so a single solve.
 module finshell_control
    use finshell_kinds, only: wp, i1
    use finshell_equations, only: field_displacement
-   use finshell_step, only: control_load, control_displacement, control_arc_length
+   use finshell_step, only: control_load, control_displacement, control_arc_length, control_volume
    implicit none
    private
    public :: constraint_t, factor_change, arc_norm, arc_product
 
    type :: constraint_t
       integer :: control = control_load
-      real(wp) :: target = 0 !< load factor, monitored displacement, or length of the increment
+      real(wp) :: target = 0 !< load factor, monitored displacement or volume, or length of the increment
       real(wp) :: load_weight = 0 !< arc-length: length**2 = |displacements|**2 + load_weight * (change of factor)**2
       !> Arc-length without a predictor: the increment before, whose direction the first correction keeps.
       real(wp), allocatable :: previous(:)
@@ -31,7 +31,7 @@ contains
       real(wp), intent(in) :: x_r(:), x_t(:)
       real(wp), intent(in) :: increment(:), increment_change !< of the unknowns and of the factor, since the last converged state
       real(wp), intent(in) :: factor !< at the iterate
-      real(wp), intent(in) :: monitored !< monitored displacement at the iterate
+      real(wp), intent(in) :: monitored !< monitored quantity at the iterate
       real(wp), intent(in) :: watched(:), watched_rate !< its derivatives; size 0 when there is none
       real(wp), intent(out) :: change, eta
       logical, intent(out) :: ok
@@ -40,7 +40,7 @@ contains
       eta = 1
       ok = .true.
       select case (self%control)
-      case (control_displacement)
+      case (control_displacement, control_volume)
          slope = dot_product(watched, x_t) + watched_rate
          ok = abs(slope) > 0
          change = 0

@@ -23,6 +23,8 @@ module finshell_equilibrium
    use finshell_load_terms, only: add_pressures, add_turning, add_motion
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
+   use finshell_volume, only: volume_t, new_volume
+   use finshell_ground, only: is_soft, ground_stiffness
    implicit none
    private
    public :: equilibrium_t, new_equilibrium
@@ -36,11 +38,13 @@ module finshell_equilibrium
       real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
+      type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
       integer :: assemblies = 0, force_evaluations = 0
       type(linear_change_t), allocatable :: change !< reported instead of `state`: what a linear step adds to it
       type(assembly_t) :: assembly
       real(wp), allocatable :: values(:) !< of the matrix, left by `evaluate`
       integer, allocatable :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
+      real(wp), allocatable, private :: ground(:) !< values of the stand-in of a soft structure, once it was needed
       integer, allocatable, private :: moved_elements(:) !< elements at moved nodes
    contains
       procedure :: evaluate
@@ -49,6 +53,7 @@ module finshell_equilibrium
       procedure :: move
       procedure :: increment
       procedure :: watch
+      procedure :: watch_volume
       procedure :: monitored
       procedure :: largest_rotation
       procedure, private :: measure_levels
@@ -88,11 +93,14 @@ contains
       self%n = self%equations%n
       self%field = self%equations%field
       self%size = mesh_size(structure%mesh)
+      self%soft = is_soft(structure%sections)
       self%detail = mean_side(structure%mesh)
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, 2)) > 0)
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
       if (allocated(self%watched)) deallocate (self%watched)
+      if (allocated(self%watched_volume)) deallocate (self%watched_volume)
+      if (allocated(self%ground)) deallocate (self%ground)
       allocate (self%residual(self%n), self%rate(self%n), source=0.0_wp)
       allocate (self%values(pattern%entries()), self%internal_force(6, nodes), self%external_force(6, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
@@ -146,6 +154,15 @@ contains
          return
       end if
 
+      if (tangent .and. self%regularisation > 0) then
+         if (.not. allocated(self%ground)) then
+            allocate (self%ground(size(self%values)))
+            call ground_stiffness(self%assembly, self%structure, self%ground, error)
+            if (allocated(error)) return
+         end if
+         self%values = self%values + self%regularisation*self%ground
+      end if
+
       active = merge(2, 1, self%constant_phase)
       unit_force = self%external%dead
       out_of_balance = unit_force(:, :, active)
@@ -164,6 +181,8 @@ contains
          call add_motion(self%structure, self%equations, self%moved_of, self%moved_elements, self%state, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
+         if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
+            self%structure%mesh, self%equations, self%state, self%watched, self%watched_rate)
       end if
       out_of_balance = self%external_force - self%internal_force
       call gather(self%equations, out_of_balance, self%residual)
@@ -313,6 +332,7 @@ contains
       self%watched_component = component
       share = 1.0_wp/size(self%watched_nodes)
       if (allocated(self%watched)) deallocate (self%watched)
+      if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       allocate (self%watched(self%n), source=0.0_wp)
       self%watched_rate = 0
       do i = 1, size(self%watched_nodes)
@@ -331,11 +351,29 @@ contains
          //"' is held by the supports; monitor one that can move")
    end subroutine watch
 
+   !> Monitor the volume behind an element set; see finshell_volume.
+   subroutine watch_volume(self, error, element_set)
+      class(equilibrium_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+      character(len=*), intent(in), optional :: element_set
+      if (allocated(self%watched)) deallocate (self%watched)
+      if (allocated(self%watched_volume)) deallocate (self%watched_volume)
+      allocate (self%watched_volume)
+      call new_volume(self%watched_volume, self%structure%mesh, self%equations, self%external, error, element_set)
+      if (allocated(error)) return
+      allocate (self%watched(self%n), source=0.0_wp)
+      call self%watched_volume%gradient(self%structure%mesh, self%equations, self%state, self%watched, self%watched_rate)
+   end subroutine watch_volume
+
    function monitored(self, state) result(value)
       class(equilibrium_t), intent(in) :: self
       type(state_t), intent(in) :: state
       real(wp) :: value
       integer :: i
+      if (allocated(self%watched_volume)) then
+         value = self%watched_volume%value(self%structure%mesh, state)
+         return
+      end if
       value = 0
       do i = 1, size(self%watched_nodes)
          value = value + state%displacement(self%watched_component, self%watched_nodes(i))

@@ -6,10 +6,10 @@
 !> took 57 iterations instead of 18 for the cantilever with end shear in one increment, and failed for the pinched hemisphere.
 module finshell_newton
    use finshell_kinds, only: wp, i4
-   use finshell_status, only: status_ok, status_not_converged, status_text
+   use finshell_status, only: status_ok, status_not_converged, status_singular_matrix, status_text
    use finshell_error, only: error_t, text_of
    use finshell_problem, only: problem_t
-   use finshell_step, only: convergence_t, control_load
+   use finshell_step, only: convergence_t, control_load, control_volume
    use finshell_control, only: constraint_t, factor_change
    use finshell_convergence, only: residual_ratio, correction_ratio
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -22,12 +22,15 @@ module finshell_newton
       integer :: iterations = 0 !< linear solves
       real(wp) :: residual = huge(1.0_wp) !< finshell_convergence
       real(wp) :: correction = huge(1.0_wp)
+      integer :: regularised = 0 !< iterations with a stand-in stiffness
       integer(i4) :: code = status_ok
       character(len=:), allocatable :: reason !< why it did not converge
    end type newton_result_t
 
    !> A correction that leads where the element cannot be evaluated is halved this many times before giving up.
    integer, parameter :: halvings = 3
+   real(wp), parameter :: fade = 0.1_wp !< of the stand-in stiffness, from iteration to iteration
+   real(wp), parameter :: least_regularisation = 1.0e-6_wp
 
 contains
 
@@ -46,6 +49,7 @@ contains
       allocate (x(problem%n), increment(problem%n))
       earlier = huge(1.0_wp)
       guess = .true.
+      problem%regularisation = 0
       call problem%evaluate(.true., error)
       if (allocated(error)) then
          call give_up(result, error%code, 'the predicted state cannot be evaluated: '//error%message)
@@ -59,7 +63,15 @@ contains
             return
          end if
          call correction_from(problem, constraint, x, change, complete, result)
+         if (result%code == status_singular_matrix .and. problem%soft) &
+            call stand_in(problem, constraint, x, change, complete, result)
          if (result%code /= status_ok) return
+         if (problem%regularisation > 0) then
+            complete = .false.
+            result%regularised = result%regularised + 1
+            problem%regularisation = fade*problem%regularisation
+            if (problem%regularisation < least_regularisation) problem%regularisation = 0
+         end if
          scale = rotation_scale(problem, x, change, settings%rotation_limit)
          if (scale < 1) complete = .false.
          call problem%keep_iterate()
@@ -72,6 +84,7 @@ contains
             call give_up(result, status_not_converged, 'the residual is not a number')
             return
          end if
+         if (likely) likely = met(problem, constraint, settings%correction)
          if (likely .and. result%residual <= settings%residual) then
             result%converged = .true.
             return
@@ -94,6 +107,38 @@ contains
          end if
       end do
    end subroutine solve_increment
+
+   !> Where the law has lost its stiffness: the correction with the stand-in. It fades in the iterations that follow.
+   subroutine stand_in(problem, constraint, x, change, complete, result)
+      class(problem_t), intent(inout) :: problem
+      type(constraint_t), intent(in) :: constraint
+      real(wp), intent(out) :: x(:), change
+      logical, intent(out) :: complete
+      type(newton_result_t), intent(inout) :: result
+      type(error_t), allocatable :: error
+      x = 0
+      change = 0
+      complete = .false.
+      problem%regularisation = merge(least_regularisation, 1.0_wp, result%regularised > 0)
+      call problem%evaluate(.true., error)
+      if (allocated(error)) then
+         call give_up(result, error%code, error%message)
+         return
+      end if
+      result%code = status_ok
+      call correction_from(problem, constraint, x, change, complete, result)
+   end subroutine stand_in
+
+   !> Is a prescribed volume met? Being nonlinear in the unknowns, it is not by construction.
+   function met(problem, constraint, tolerance) result(yes)
+      class(problem_t), intent(in) :: problem
+      type(constraint_t), intent(in) :: constraint
+      real(wp), intent(in) :: tolerance
+      logical :: yes
+      yes = .true.
+      if (constraint%control == control_volume) yes = abs(problem%monitored(problem%state) - constraint%target) &
+         <= tolerance*abs(constraint%target - problem%monitored(problem%base))
+   end function met
 
    !> The correction x and the change of the factor that satisfy the linearised equations and the constraint.
    subroutine correction_from(problem, constraint, x, change, complete, result)

@@ -13,8 +13,9 @@ module finshell_observer
       integer :: iterations = 0 !< linear solves of this increment, those of failed attempts included
       integer :: cuts = 0 !< failed attempts before this one
       integer :: negative_pivots = -1 !< of the last tangent; -1: not known (unsymmetric matrix)
+      integer :: regularised = 0 !< iterations with a stand-in for the stiffness that the law does not have (finshell_ground)
       real(wp) :: load_factor = 0
-      real(wp) :: monitored = 0 !< displacement of the step's node set, 0 when the step has none
+      real(wp) :: monitored = 0 !< the step's displacement or volume, 0 when it has none
       real(wp) :: size = 0 !< of the increment, in the measure of its control
       real(wp) :: residual = 0 !< relative, at convergence
       real(wp) :: correction = 0 !< relative, at convergence

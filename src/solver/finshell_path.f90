@@ -1,8 +1,8 @@
 !> Path following: from one equilibrium state to the next, increment by increment, until the step is done.
 !>
-!> Load control, displacement control and arc-length share one loop: an attempt prescribes one quantity (finshell_control),
+!> Load, displacement and volume control and arc-length share one loop: an attempt prescribes one quantity (finshell_control),
 !> starts from the extrapolated path (finshell_predictor) and iterates (finshell_newton). An attempt that fails is cut; an
-!> attempt that passes a requested load level or displacement is taken back and replaced by one that prescribes that value,
+!> attempt that passes a requested load level or monitored value is taken back and replaced by one that prescribes that value,
 !> so that it is met exactly.
 !> The state of the problem is always the last equilibrium state when `follow` returns, error or not.
 module finshell_path
@@ -11,7 +11,8 @@ module finshell_path
    use finshell_error, only: error_t, raise, text_of
    use finshell_problem, only: problem_t
    use finshell_state, only: state_t
-   use finshell_step, only: step_t, control_load, control_displacement, control_arc_length, control_name
+   use finshell_step, only: step_t, control_load, control_displacement, control_arc_length, control_volume, control_name, &
+      prescribes_monitored
    use finshell_control, only: constraint_t, arc_norm
    use finshell_newton, only: newton_result_t, solve_increment
    use finshell_predictor, only: history_t
@@ -27,6 +28,7 @@ module finshell_path
       integer :: control = control_load
       real(wp) :: size = 0 !< signed, in the measure of the control
       logical :: landing = .false. !< a load level or displacement is to be met, in another measure than the step's
+      real(wp) :: prescribed = 0 !< the value that is prescribed, set by `try`
       real(wp) :: interpolate = 0 !< > 0: start at this fraction of the increment that overshot
    end type attempt_t
 
@@ -68,7 +70,10 @@ contains
       call problem%accept()
       call self%bring_in_constants(problem, step, observer, error)
       if (allocated(error)) return
-      if (allocated(step%node_set)) then
+      if (allocated(step%volumes)) then
+         call problem%watch_volume(error, step%element_set)
+         if (allocated(error)) return
+      else if (allocated(step%node_set)) then
          call problem%watch(step%node_set, step%component, error)
          if (allocated(error)) return
       else if (allocated(problem%watched)) then
@@ -202,8 +207,8 @@ contains
       if (targets%largest_size > 0) size = min(size, targets%largest_size*self%length_per_factor)
       attempt%control = step%control
       select case (step%control)
-      case (control_displacement)
-         attempt%size = toward(size, monitored(problem, problem%state), targets%next_displacement())
+      case (control_displacement, control_volume)
+         attempt%size = toward(size, monitored(problem, problem%state), targets%next_value())
       case (control_arc_length)
          attempt%size = size
          if (self%history%count == 0) then
@@ -235,7 +240,7 @@ contains
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(targets_t), intent(in) :: targets
-      type(attempt_t), intent(in) :: attempt
+      type(attempt_t), intent(inout) :: attempt
       type(newton_result_t), intent(out) :: result
       type(constraint_t) :: constraint
       real(wp), allocatable :: x(:)
@@ -251,11 +256,12 @@ contains
       if (attempt%control == control_load) then
          constraint%target = problem%base_factor() + attempt%size
          if (targets%has_level()) constraint%target = snapped(constraint%target, targets%next_level(), attempt%size)
-      else if (attempt%control == control_displacement) then
+      else if (prescribes_monitored(attempt%control)) then
          constraint%target = monitored(problem, problem%base) + attempt%size
-         if (targets%has_displacement()) &
-            constraint%target = snapped(constraint%target, targets%next_displacement(), attempt%size)
+         if (targets%has_value()) constraint%target = snapped(constraint%target, targets%next_value(), attempt%size)
       end if
+
+      attempt%prescribed = constraint%target
 
       known = .false.
       if (attempt%interpolate > 0) then
@@ -284,39 +290,39 @@ contains
       if (result%converged .and. attempt%control == control_load) call problem%set_factor(constraint%target)
    end subroutine try
 
-   !> After convergence: has a level or displacement been passed? Then go back and prescribe it.
+   !> After convergence: has a level or a monitored value been passed? Then go back and prescribe it.
    subroutine look_back(self, problem, targets, attempt, overshot)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
       type(targets_t), intent(in) :: targets
       type(attempt_t), intent(inout) :: attempt
       logical, intent(out) :: overshot
-      real(wp) :: factor, displacement, old_factor, old_displacement, level_part, displacement_part
+      real(wp) :: factor, value, old_factor, old_value, level_part, value_part
 
       factor = problem%factor()
-      displacement = monitored(problem, problem%state)
+      value = monitored(problem, problem%state)
       old_factor = problem%base_factor()
-      old_displacement = monitored(problem, problem%base)
+      old_value = monitored(problem, problem%base)
       level_part = 2
-      displacement_part = 2
+      value_part = 2
       if (targets%has_level() .and. attempt%control /= control_load) &
          level_part = fraction_passed(old_factor, factor, targets%next_level())
-      if (targets%has_displacement() .and. attempt%control /= control_displacement) &
-         displacement_part = fraction_passed(old_displacement, displacement, targets%next_displacement())
-      overshot = min(level_part, displacement_part) < 1
+      if (targets%has_value() .and. .not. prescribes_monitored(attempt%control)) &
+         value_part = fraction_passed(old_value, value, targets%next_value())
+      overshot = min(level_part, value_part) < 1
       if (.not. overshot) return
       if (.not. allocated(self%overshoot)) allocate (self%overshoot(problem%n))
       call problem%increment(self%overshoot)
       self%overshoot_change = factor - old_factor
       call problem%restore()
       attempt%landing = .true.
-      attempt%interpolate = min(level_part, displacement_part)
-      if (level_part <= displacement_part) then
+      attempt%interpolate = min(level_part, value_part)
+      if (level_part <= value_part) then
          attempt%control = control_load
          attempt%size = targets%next_level() - old_factor
       else
-         attempt%control = control_displacement
-         attempt%size = targets%next_displacement() - old_displacement
+         attempt%control = merge(control_volume, control_displacement, targets%of_volume)
+         attempt%size = targets%next_value() - old_value
       end if
    end subroutine look_back
 
@@ -330,7 +336,7 @@ contains
       type(newton_result_t), intent(in) :: result
       integer, intent(in) :: cuts, iterations
       real(wp), allocatable :: x(:)
-      real(wp) :: change, moved, length
+      real(wp) :: change, moved, length, reached
       real(dp) :: now
       logical :: first
 
@@ -353,18 +359,21 @@ contains
 
       problem%state%increment = problem%state%increment + 1
       call problem%accept()
-      call targets%pass(problem%factor(), monitored(problem, problem%state))
+      reached = monitored(problem, problem%state)
+      ! A volume is met as closely as the iteration has converged.
+      if (attempt%control == control_volume) reached = attempt%prescribed
+      call targets%pass(problem%factor(), reached)
       self%increments = self%increments + 1
       self%mean_levels = self%mean_levels + ([problem%force_level, problem%moment_level] - self%mean_levels)/self%increments
       call cpu_time(now)
       self%last = record_t(increment=problem%state%increment, control=attempt%control, iterations=iterations, cuts=cuts, &
-         negative_pivots=problem%negative_pivots, load_factor=problem%state%load_factor, &
+         negative_pivots=problem%negative_pivots, regularised=result%regularised, load_factor=problem%state%load_factor, &
          monitored=monitored(problem, problem%state), size=attempt%size, residual=result%residual, &
          correction=result%correction, cpu_time=now - self%started, &
          total_increments=self%increments, total_iterations=self%iterations, total_cuts=self%cuts)
    end subroutine settle
 
-   !> Monitored displacement at a state of the problem; 0 when none is watched.
+   !> Monitored displacement or volume at a state of the problem; 0 when none is watched.
    function monitored(problem, state) result(value)
       class(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

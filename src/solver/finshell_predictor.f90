@@ -1,8 +1,8 @@
 !> Predictor: the path so far, extrapolated. Remembers the last increments and where they led in three measures: load factor,
-!> monitored displacement, and length; each control extrapolates in its own measure.
+!> monitored displacement or volume, and length; each control extrapolates in its own measure.
 module finshell_predictor
    use finshell_kinds, only: wp
-   use finshell_step, only: control_load, control_displacement, control_arc_length
+   use finshell_step, only: control_load, control_displacement, control_arc_length, control_volume
    implicit none
    private
    public :: history_t
@@ -15,7 +15,7 @@ module finshell_predictor
       integer :: count = 0
       real(wp), allocatable :: vector(:, :) !< (n, depth) corrections that led from state to state, latest first
       real(wp) :: factor(depth) = 0 !< change of the load factor
-      real(wp) :: monitored(depth) = 0 !< change of the monitored displacement
+      real(wp) :: monitored(depth) = 0 !< change of the monitored quantity
       real(wp) :: length(depth) = 0 !< of the increment (finshell_control)
    contains
       procedure :: remember
@@ -86,7 +86,7 @@ contains
       integer, intent(in) :: control
       real(wp) :: h(depth)
       select case (control)
-      case (control_displacement); h = self%monitored
+      case (control_displacement, control_volume); h = self%monitored
       case (control_arc_length); h = self%length
       case default; h = self%factor
       end select

@@ -4,7 +4,8 @@
 !> correction. Corrections are vectors over the n equations; a problem knows how to apply them (rotations multiply).
 module finshell_problem
    use finshell_kinds, only: wp, i1
-   use finshell_error, only: error_t
+   use finshell_status, only: status_invalid_argument
+   use finshell_error, only: error_t, raise
    use finshell_state, only: state_t
    use finshell_equations, only: field_rotation
    implicit none
@@ -23,6 +24,10 @@ module finshell_problem
       logical :: mixed = .false.
       real(wp), allocatable :: stress(:, :) !< unallocated where the elements' own count: at the start of an increment
 
+      !> The matrix has lost its stiffness in the reference state by the nature of the law: a stand-in can be added to it.
+      logical :: soft = .false.
+      real(wp) :: regularisation = 0 !< part of the stand-in that `evaluate` adds to the matrix, not to the residual
+
       ! Left by `evaluate`:
       real(wp), allocatable :: residual(:) !< (n) external minus internal force
       real(wp), allocatable :: rate(:) !< (n) derivative of the residual with respect to the factor
@@ -31,7 +36,7 @@ module finshell_problem
       ! Left by `factorise`:
       integer :: negative_pivots = -1 !< -1: not known
 
-      ! Left by `watch`: the monitored displacement is linear in the unknowns and the factor.
+      ! Left by `watch`; where a volume is monitored, also by `evaluate` with tangent.
       real(wp), allocatable :: watched(:) !< (n) its derivative with respect to the unknowns
       real(wp) :: watched_rate = 0 !< its derivative with respect to the load factor
    contains
@@ -42,6 +47,7 @@ module finshell_problem
       procedure(increment_interface), deferred :: increment
       procedure(watch_interface), deferred :: watch
       procedure(monitored_interface), deferred :: monitored
+      procedure :: watch_volume
       procedure :: largest_rotation
       procedure :: factor
       procedure :: base_factor
@@ -101,7 +107,7 @@ module finshell_problem
          type(error_t), allocatable, intent(out) :: error
       end subroutine watch_interface
 
-      !> The monitored displacement at a state.
+      !> The monitored displacement or volume at a state.
       function monitored_interface(self, state) result(value)
          import :: problem_t, state_t, wp
          class(problem_t), intent(in) :: self
@@ -111,6 +117,19 @@ module finshell_problem
    end interface
 
 contains
+
+   !> Monitor the volume behind an element set (default: the pressurised elements). To be overridden by problems that have one.
+   subroutine watch_volume(self, error, element_set)
+      class(problem_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+      character(len=*), intent(in), optional :: element_set
+      if (allocated(self%watched)) deallocate (self%watched)
+      if (present(element_set)) then
+         call raise(error, status_invalid_argument, "step: there is no volume '"//element_set//"' to monitor")
+      else
+         call raise(error, status_invalid_argument, 'step: there is no volume to monitor')
+      end if
+   end subroutine watch_volume
 
    !> Largest rotation (radian) of a node in a correction. To be overridden where a rotation has several components.
    pure function largest_rotation(self, x, factor_change) result(angle)

@@ -1,0 +1,79 @@
+!> A stand-in for the stiffness of structures whose law has none in the reference state (the exponential fibre law: its stress
+!> starts with the cube of the strain). It is the stiffness, in the reference state, of the same structure made of an
+!> incompressible isotropic material with the shear modulus by which the law scales its drilling stiffness.
+!>
+!> Path following adds a part of it to the matrix of the first iterations, never to the forces, so solutions are unchanged.
+module finshell_ground
+   use finshell_kinds, only: wp, i4, lanes
+   use finshell_error, only: error_t
+   use finshell_status, only: status_ok
+   use finshell_material, only: material_t, level_tangent
+   use finshell_registry, only: new_material
+   use finshell_section, only: section_t
+   use finshell_structure, only: structure_t
+   use finshell_assembly, only: assembly_t, assemble
+   implicit none
+   private
+   public :: is_soft, ground_stiffness
+
+   real(wp), parameter :: negligible = 1.0e-10_wp !< shear stiffness relative to the scale of the law
+
+contains
+
+   !> Has a section a law that offers no resistance to shear in the reference state?
+   pure function is_soft(sections) result(soft)
+      type(section_t), intent(in) :: sections(:)
+      logical :: soft
+      integer :: i, k
+      soft = .false.
+      do i = 1, size(sections)
+         do k = 1, size(sections(i)%layers)
+            soft = soft .or. law_is_soft(sections(i)%layers(k)%law)
+         end do
+      end do
+   end function is_soft
+
+   pure function law_is_soft(law) result(soft)
+      class(material_t), intent(in) :: law
+      logical :: soft
+      real(wp) :: e(lanes, 3), w(lanes), s(lanes, 3), d(lanes, 6), scale(6)
+      integer(i4) :: status(lanes)
+      e = 0
+      w = 0
+      s = 0
+      d = 0
+      status = status_ok
+      call law%plane_stress(lanes, level_tangent, e, w, s, d, status)
+      scale = law%reference_tangent()
+      soft = abs(d(1, 3)) <= negligible*abs(scale(3))
+   end function law_is_soft
+
+   !> Values of the matrix of the stand-in.
+   subroutine ground_stiffness(assembly, structure, values, error)
+      type(assembly_t), intent(in) :: assembly
+      type(structure_t), intent(in) :: structure
+      real(wp), intent(out) :: values(:)
+      type(error_t), allocatable, intent(out) :: error
+      type(section_t), allocatable :: sections(:)
+      class(material_t), allocatable :: law
+      real(wp), allocatable :: u(:, :), q(:, :), force(:, :)
+      real(wp) :: tangent(6)
+      integer(i4) :: status
+      integer :: i, k, element, nodes
+
+      sections = structure%sections
+      do i = 1, size(sections)
+         do k = 1, size(sections(i)%layers)
+            tangent = sections(i)%layers(k)%law%reference_tangent()
+            call new_material(law, 'neo_hookean', ['mu'], [tangent(3)], error)
+            if (allocated(error)) return
+            call move_alloc(law, sections(i)%layers(k)%law)
+         end do
+      end do
+      nodes = size(structure%mesh%coordinates, 2)
+      allocate (u(3, nodes), q(4, nodes), force(6, nodes), source=0.0_wp)
+      q(1, :) = 1
+      call assemble(assembly, sections, structure%mesh%coordinates, u, q, force, status, element, values, &
+         material_axes=structure%direction)
+   end subroutine ground_stiffness
+end module finshell_ground
