@@ -137,7 +137,7 @@ def report():
     yield ""
     yield ("The paper needed 7 increments and 25 iterations. Negative pivots mean that the discrete equilibrium is unstable under dead load; the exact "
            "solution is stable everywhere. (P), the paper's formulation, loses stability early. (S) keeps it where the triangles stay well shaped; on "
-           "meshes whose rim triangles become very slender along the radius (no `core`, many sectors) it loses it too, at larger displacements.")
+           "meshes whose rim triangles become very slender along the radius (no `core`, many sectors) it loses it too, at larger displacements (`theory.md`, Limits).")
 
 
 def main():
