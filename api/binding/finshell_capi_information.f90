@@ -23,7 +23,7 @@ module finshell_capi_information
       integer(c_int32_t) :: padding
    end type c_parameter_t
 
-   character(kind=c_char, len=len(version) + 1), target, save :: version_buffer = version//c_null_char
+   character(kind=c_char, len=len(version) + 1), target :: version_buffer = version//c_null_char
 
 contains
 
@@ -39,6 +39,7 @@ contains
 
    function message(code, buffer, size) result(length) bind(c, name='finshell_message')
       integer(c_int32_t), value :: code, size
+      ! allow(C072)
       character(kind=c_char), intent(inout), optional :: buffer(*)
       integer(c_int32_t) :: length
       length = len(status_text(code))
@@ -52,6 +53,7 @@ contains
 
    function material_name(i, buffer, size, status) result(code) bind(c, name='finshell_material_name')
       integer(c_int32_t), value :: i, size
+      ! allow(C072)
       character(kind=c_char), intent(inout), optional :: buffer(*)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
