@@ -113,7 +113,7 @@ def deck(points, triangles, material, constants, thickness, supports, loads, ste
     return "\n".join(lines)
 
 
-def deck_of(page, language):
+def blocks_of(page, language):
     """The blocks of a language in doc/hosts_calculix.md."""
     return re.findall(rf"```{language}\n(.*?)```", (SOURCE / "doc" / page).read_text(encoding="utf-8"), re.DOTALL)
 
@@ -206,6 +206,20 @@ class Calculix(unittest.TestCase):
         self.check_quadratic(result)
         self.assertGreater(u[number["a"], 0], 3)
 
+    def test_rotation_beyond_pi(self):
+        """Roll-up by a moment to nine tenths of a circle, kept in its plane: there the rotation vector is an angle."""
+        moment = 0.9 * 2 * math.pi * 1.2e6 * 0.1**3 / 12 / 10
+        model = CANTILEVER.replace("'force'", "'moment'").replace("0.0, 0.0, 4.0", f"0.0, {-moment:.12f}, 0.0")
+        model = model.replace("&load", "&support node_set = 'all' fixed = 'uy', 'rx', 'rz' /\n&load").replace("1e-10", "1e-8")
+        points, triangles, u = solve(model, self.folder)
+        supports = [(i, 1, 6) for i in np.flatnonzero(points[:, 0] < 1e-9)]
+        supports += [(i, d, d) for i in np.flatnonzero(points[:, 0] > 1e-9) for d in (2, 4, 6)]
+        loads = [(i, 5, -moment / 2 / FORCE_UNIT) for i in np.flatnonzero(points[:, 0] > 10 - 1e-9)]
+        text = deck(points, triangles, "ST_VENANT_KIRCHHOFF", [1.2e6 / FORCE_UNIT, 0], 0.1, supports, loads, "0.05, 1.")
+        result = Result(self.program, text, self.folder, "rolled_up")
+        self.check_agreement(result, u)
+        self.assertLess(u[-1, 0], -10, "the end has turned back")
+
     def test_threads(self):
         texts = []
         for threads in (1, 2, 4):
@@ -277,7 +291,8 @@ class Calculix(unittest.TestCase):
 
     def test_deck_of_the_manual(self):
         """doc/hosts_calculix.md: deck and input of the driver describe the same."""
-        (text,), (model,) = deck_of("hosts_calculix.md", "text"), deck_of("hosts_calculix.md", "fortran")
+        (text,), (model,) = blocks_of("hosts_calculix.md", "text"), blocks_of("hosts_calculix.md", "fortran")
+        self.assertEqual(text, (SOURCE / "api/calculix/strip.inp").read_text(encoding="ascii"))
         _, _, u = solve(model, self.folder)
         result = Result(self.program, text, self.folder, "strip")
         self.check_agreement(result, u)
