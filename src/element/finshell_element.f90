@@ -49,7 +49,7 @@ contains
       if (convention == rotation_quaternion) then
          call deform(nodes, displacement, rotation, ref, filter, status)
       else
-         call new_vector_rotation(level, rotation(:, 1:3, :), vectors)
+         call new_vector_rotation(level, rotation, vectors)
          if (present(state)) call turn_state(vectors, state)
          call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
       end if
@@ -115,7 +115,7 @@ contains
       if (convention == rotation_quaternion) then
          call deform(nodes, displacement, rotation, ref, filter, status)
       else
-         call new_vector_rotation(level_energy, rotation(:, 1:3, :), vectors)
+         call new_vector_rotation(level_energy, rotation, vectors)
          if (present(state)) call turn_state(vectors, state)
          call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
       end if

@@ -19,14 +19,14 @@ module finshell_vector_rotation
 contains
 
    !> Quaternions and, for level_force and above, the tangent operators of nodal rotation vectors.
-   pure subroutine new_vector_rotation(level, theta, v)
+   pure subroutine new_vector_rotation(level, rotation, v)
       integer, intent(in) :: level
-      real(wp), intent(in) :: theta(lanes, 3, 3)
+      real(wp), intent(in) :: rotation(lanes, 4, 3) !< rotation vectors in the first three components
       type(vector_rotation_t), intent(inout) :: v
       real(wp), dimension(lanes, 3) :: angle, sine, cosine, c1, factor
       integer :: c, i
-      v%theta = theta
-      angle = sqrt(theta(:, 1, :)**2 + theta(:, 2, :)**2 + theta(:, 3, :)**2)
+      v%theta = rotation(:, 1:3, :)
+      angle = sqrt(rotation(:, 1, :)**2 + rotation(:, 2, :)**2 + rotation(:, 3, :)**2)
       sine = sin(0.5_wp*angle)
       cosine = cos(0.5_wp*angle)
       ! below, sin(a/2)/a = 1/2 - a^2/48 is 1/2 to rounding and a may have underflowed
@@ -34,7 +34,7 @@ contains
       v%quaternion(:, 1, :) = cosine
       do i = 1, 3
          do c = 1, 3
-            v%quaternion(:, 1 + c, i) = factor(:, i)*theta(:, c, i)
+            v%quaternion(:, 1 + c, i) = factor(:, i)*rotation(:, c, i)
          end do
       end do
       if (level < level_force) return
