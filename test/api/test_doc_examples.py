@@ -8,12 +8,10 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import installed  # noqa: E402
 
 CMAKE = """cmake_minimum_required(VERSION 3.25)
-project(user LANGUAGES C Fortran)
+project(user LANGUAGES {language})
 find_package(finshell REQUIRED)
-add_executable(in_fortran square.f90)
-target_link_libraries(in_fortran PRIVATE finshell::finshell_static)
-add_executable(in_c square.c)
-target_link_libraries(in_c PRIVATE finshell::finshell)
+add_executable(program {source})
+target_link_libraries(program PRIVATE finshell::{library})
 """
 
 
@@ -81,16 +79,21 @@ class Examples(unittest.TestCase):
         stretching = 0.1 * (80 + 20) * (i1 - 3)
         self.assertLess(abs(found["energy"] / stretching - 1), 0.02)
 
-    def test_fortran_and_c_by_cmake(self):
-        with open(self.path("CMakeLists.txt"), "w", encoding="utf-8") as f:
-            f.write(CMAKE)
-        build = self.path("build")
-        installed.run("cmake", "-G", "Ninja", "-S", self.folder, "-B", build, f"-DCMAKE_PREFIX_PATH={self.folder}",
-                      f"-DCMAKE_Fortran_COMPILER={installed.FC}", f"-DCMAKE_C_COMPILER={installed.CC}")
-        installed.run("cmake", "--build", build)
-        for name in ("in_fortran", "in_c"):
-            with self.subTest(name=name):
-                self.check(installed.run(os.path.join(build, name), env=self.environment))
+    def test_by_cmake(self):
+        # a project in C alone needs no Fortran compiler
+        for language, source, library in (("C", "square.c", "finshell"), ("Fortran", "square.f90", "finshell_static"),
+                                          ("C Fortran", "square.c", "finshell_static")):
+            with self.subTest(language=language):
+                folder = self.path("cmake " + language)
+                os.mkdir(folder)
+                with open(os.path.join(folder, "CMakeLists.txt"), "w", encoding="utf-8") as f:
+                    f.write(CMAKE.format(language=language, source=f"../{source}", library=library))
+                build = os.path.join(folder, "build")
+                installed.run("cmake", "-G", "Ninja", "-S", folder, "-B", build, f"-DCMAKE_PREFIX_PATH={self.folder}",
+                              *([f"-DCMAKE_Fortran_COMPILER={installed.FC}"] if "Fortran" in language else []),
+                              *([f"-DCMAKE_C_COMPILER={installed.CC}"] if "C" in language.split() else []))
+                installed.run("cmake", "--build", build)
+                self.check(installed.run(os.path.join(build, "program"), env=self.environment))
 
     def test_layers_of_the_guide(self):
         with open(self.path("layers.c"), "w", encoding="utf-8") as f:

@@ -18,6 +18,21 @@ def symbols(path, *options):
     return {line.split()[2].split("@")[0] for line in lines if len(line.split()) == 3 and line.split()[1] != "A"}
 
 
+def declarations(header):
+    """Functions and structures of the header, one a line, without names of arguments and comments."""
+    text = re.sub(r"/\*.*?\*/", "", header, flags=re.S)
+    text = re.sub(r"^#.*$", "", text, flags=re.M)
+    found = []
+    for result, name, arguments in re.findall(r"^(const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", text, re.M):
+        types = [re.sub(r"\s*\w+$", "", " ".join(a.split())) for a in arguments.split(",") if a.strip() != "void"]
+        found.append(f"{result.strip()} {name}({', '.join(types)})")
+    for body, name in re.findall(r"typedef struct \w+ \{(.*?)\} (\w+);", text, re.S):
+        found.append(f"{name}: {' '.join(body.split())}")
+    for name, value in re.findall(r"(FINSHELL_\w+) = (-?\d+)", text):
+        found.append(f"{name} = {value}")
+    return found
+
+
 class Export(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -59,6 +74,15 @@ class Export(unittest.TestCase):
         self.assertEqual(soname, f"libfinshell.so.{abi}")
         self.assertTrue(os.path.islink(self.shared))
         self.assertTrue(os.path.exists(os.path.join(self.libraries, soname)))
+
+    def test_abi_is_kept(self):
+        # as long as FINSHELL_ABI is the same, every declaration recorded for it is still there; new ones may come
+        abi = re.search(r"#define FINSHELL_ABI (\d+)", self.header).group(1)
+        with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), f"abi_{abi}.txt"), encoding="utf-8") as f:
+            recorded = f.read().splitlines()
+        self.assertGreater(len(recorded), 20)
+        found = declarations(self.header)
+        self.assertEqual([d for d in recorded if d not in found], [])
 
     def test_versions_agree(self):
         version = re.search(r'#define FINSHELL_VERSION "([\d.]+)"', self.header).group(1)
