@@ -340,7 +340,7 @@ contains
       if (output%moment) fields = [fields, field_t('moment', 3, r%moment)]
       if (output%stress) then
          do i = 1, 3
-            fields = [fields, field_t('stress_'//trim(heights(i)), 3, r%stress(:, i, :))]
+            fields = [fields, field_t('stress_'//trim(heights(i)), 3, (r%stress(:, i, :)))]
          end do
       end if
    end subroutine cell_fields
