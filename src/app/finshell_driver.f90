@@ -3,6 +3,7 @@ module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_kinds, only: dp, wp
    use finshell_blas_threads, only: set_blas_threads
+   use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t
    use finshell_input, only: input_t, read_input
@@ -164,6 +165,8 @@ contains
          select case (input%steps(i)%control)
          case (control_linear)
             call solve_linear(problem, input%steps(i), reporter, error)
+         case (control_buckling)
+            call solve_buckling(problem, input%steps(i), reporter, error)
          case default
             call path%follow(problem, input%steps(i), reporter, error)
          end select
@@ -222,6 +225,8 @@ contains
       else
          write (output_unit, '(a,g0.7)') 'Done: load factor ', problem%state%load_factor
       end if
+      if (reporter%linear > 0) write (output_unit, '(i0,a)') reporter%linear, &
+         ' linear solutions or buckling modes, which leave the state as it is'
       write (output_unit, '(3(i0,a),f0.2,a)') path%increments, ' increments, ', path%iterations, ' iterations, ', path%cuts, &
          ' cuts, ', seconds, ' s of CPU time'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &

@@ -30,6 +30,7 @@ module finshell_reporter
       logical :: quiet = .false.
       integer :: last_written = -1
       integer :: unstable = 0 !< increments with negative pivots
+      integer :: linear = 0 !< linear solutions and modes
       type(record_t) :: last
    contains
       procedure :: open => open_reports
@@ -90,6 +91,7 @@ contains
       if (.not. self%quiet) call show(self, record, row%monitors)
       if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
          'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
+      if (record%control == control_linear .or. record%control == control_buckling) self%linear = self%linear + 1
       if (record%negative_pivots > 0) self%unstable = self%unstable + 1
       self%last = record
       if (.not. self%output%fields) return

@@ -25,7 +25,7 @@ contains
       if (allocated(error)) return
       call get(group, 'name', step%name, error, default=default_name)
       call get(group, 'control', control, error, default='load', &
-         choices='load, displacement, arc_length, volume, linear')
+         choices='load, displacement, arc_length, volume, linear, buckling')
       if (allocated(error)) return
       select case (control)
       case ('displacement'); step%control = control_displacement

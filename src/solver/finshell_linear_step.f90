@@ -48,6 +48,7 @@ contains
       integer :: i, node
 
       problem%mixed = .false.
+      problem%regularisation = 0
       allocate (b(problem%n), x(problem%n), source=0.0_wp)
       if (abs(constant_change) > 0) then
          problem%constant_phase = .true.

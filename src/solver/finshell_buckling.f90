@@ -1,0 +1,288 @@
+!> Linear buckling: K phi = -factor K_geo phi about the unloaded state or about an equilibrium state.
+!>
+!> K is the tangent at the state. K_geo is what a load factor of 1 adds to it: the geometric part for the resultants of the linear
+!> solution, at the geometry of the state, and the load stiffness of follower pressures. It is exact, a difference of two
+!> tangents that differ in nothing else; the change of the geometry before buckling is left out, as usual.
+module finshell_buckling
+   use finshell_kinds, only: wp, dp
+   use finshell_arpack, only: pencil_t, lanczos
+   use finshell_assembly, only: predict_stress
+   use finshell_batch, only: n_resultants
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_equations, only: scatter
+   use finshell_equilibrium, only: equilibrium_t
+   use finshell_linear_solver, only: linear_solver_t
+   use finshell_linear_step, only: linear_motion, report_change
+   use finshell_observer, only: observer_t
+   use finshell_sparsity, only: sparsity_t, new_sparsity
+   use finshell_state, only: linear_change_t
+   use finshell_status, only: status_invalid_argument, status_not_converged, status_singular_matrix
+   use finshell_step, only: step_t, control_buckling
+   implicit none
+   private
+   public :: solve_buckling, buckling_matrices
+
+   type, extends(pencil_t) :: buckling_pencil_t
+      type(sparsity_t) :: pattern !< symmetric
+      type(linear_solver_t) :: solver !< holds K, or K + shift K_geo
+      real(dp), allocatable :: stiffness(:), geometric(:)
+      logical :: shifted = .false.
+   contains
+      procedure :: apply
+      procedure :: metric
+   end type buckling_pencil_t
+
+contains
+
+   !> Find modes and give each to the observer as an increment: its load factor is the critical one, its displacements are those of
+   !> the mode, the largest displacement of a node being 1. The state stays.
+   !>
+   !> Errors: loads with an unsymmetric stiffness; a state that is not stable; no mode found; modes that would be missing.
+   subroutine solve_buckling(problem, step, observer, error)
+      type(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      class(observer_t), intent(inout) :: observer
+      type(error_t), allocatable, intent(out) :: error
+      type(buckling_pencil_t) :: pencil
+      type(linear_change_t) :: change
+      real(dp), allocatable :: factors(:), modes(:, :)
+      real(dp) :: shift
+      integer, allocatable :: order(:)
+      integer :: i
+
+      call problem%accept()
+      if (size(problem%external%turning_nodes) > 0) then
+         call raise(error, status_invalid_argument, 'buckling: a moment acts at node '//text_of(problem%external%turning_nodes(1)) &
+            //', which can turn about several axes; such a moment is not conservative')
+         return
+      end if
+      call buckling_matrices(problem, pencil%stiffness, pencil%geometric, error)
+      if (.not. allocated(error)) call make_symmetric(problem, pencil, error)
+      if (.not. allocated(error)) call pencil%solver%analyse(pencil%pattern, error)
+      if (allocated(error)) return
+      shift = 0
+      if (abs(step%near) > 0) shift = step%near - problem%state%load_factor
+      call find_modes(pencil, step%modes, problem%state%load_factor, shift, factors, modes, error)
+      if (allocated(error)) return
+
+      order = ascending(factors)
+      change%alone = .true.
+      problem%internal_force = 0
+      problem%external_force = 0
+      problem%negative_pivots = 0
+      allocate (change%motion(6, size(problem%equations%number, 2)))
+      do i = 1, size(order)
+         call scatter(problem%equations, modes(:, order(i)), change%motion)
+         call normalise(change)
+         call report_change(problem, change, problem%state%load_factor + factors(order(i)), control_buckling, observer, error)
+         if (allocated(error)) exit
+      end do
+   end subroutine solve_buckling
+
+   !> K and K_geo of the state, in the pattern of the problem. Constant loads that are not there yet count for K.
+   subroutine buckling_matrices(problem, stiffness, geometric, error)
+      type(equilibrium_t), intent(inout) :: problem
+      real(dp), allocatable, intent(out) :: stiffness(:), geometric(:)
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), allocatable :: constant(:, :), proportional(:, :), stress(:, :, :)
+      real(wp) :: constant_change
+
+      constant_change = 0
+      if (problem%has_constants) constant_change = 1 - problem%state%constant_factor
+      call linear_motion(problem, 1.0_wp, 0.0_wp, proportional, error)
+      if (allocated(error)) return
+      constant = 0*proportional
+      if (abs(constant_change) > 0) call linear_motion(problem, 0.0_wp, constant_change, constant, error)
+      if (allocated(error)) return
+      allocate (stress(n_resultants, problem%assembly%elements, 2))
+      associate (s => problem%structure)
+         call predict_stress(problem%assembly, s%sections, s%mesh%coordinates, problem%state%displacement, problem%state%rotation, &
+            constant, stress(:, :, 1), s%direction)
+         call predict_stress(problem%assembly, s%sections, s%mesh%coordinates, problem%state%displacement, problem%state%rotation, &
+            constant + proportional, stress(:, :, 2), s%direction)
+      end associate
+      problem%state%constant_factor = problem%state%constant_factor + constant_change
+      problem%stress = stress(:, :, 1)
+      call problem%evaluate(.true., error)
+      if (.not. allocated(error)) then
+         stiffness = problem%values
+         problem%state%load_factor = problem%state%load_factor + 1
+         problem%stress = stress(:, :, 2)
+         call problem%evaluate(.true., error)
+      end if
+      if (.not. allocated(error)) geometric = problem%values - stiffness
+      call problem%restore()
+   end subroutine buckling_matrices
+
+   !> A pressure whose edge slides in planes has a symmetric stiffness too, though not element by element.
+   subroutine make_symmetric(problem, pencil, error)
+      type(equilibrium_t), intent(in) :: problem
+      type(buckling_pencil_t), intent(inout) :: pencil
+      type(error_t), allocatable, intent(out) :: error
+      real(dp), parameter :: rounding = 1.0e-9_dp
+      type(sparsity_t) :: full
+      real(dp), allocatable :: k(:), g(:)
+      real(dp) :: difference
+      integer :: i, j, p, lower, upper
+
+      call new_sparsity(pencil%pattern, problem%structure%mesh%triangles, problem%equations%number, .true., error)
+      if (allocated(error) .or. problem%external%symmetric) return
+      call new_sparsity(full, problem%structure%mesh%triangles, problem%equations%number, .false., error)
+      if (allocated(error)) return
+      allocate (k(pencil%pattern%entries()), g(pencil%pattern%entries()))
+      difference = 0
+      do j = 1, pencil%pattern%n
+         do p = pencil%pattern%column_pointer(j), pencil%pattern%column_pointer(j + 1) - 1
+            i = pencil%pattern%row(p)
+            lower = full%find(i, j)
+            upper = full%find(j, i)
+            k(p) = 0.5_dp*(pencil%stiffness(lower) + pencil%stiffness(upper))
+            g(p) = 0.5_dp*(pencil%geometric(lower) + pencil%geometric(upper))
+            difference = max(difference, abs(pencil%geometric(lower) - pencil%geometric(upper)))
+         end do
+      end do
+      if (difference > rounding*maxval(abs(g))) then
+         call raise(error, status_invalid_argument, 'buckling: the pressure is not conservative, as part of the edge of the ' &
+            //'pressurised elements is free to move')
+         return
+      end if
+      call move_alloc(k, pencil%stiffness)
+      call move_alloc(g, pencil%geometric)
+   end subroutine make_symmetric
+
+   !> Load factors (counted from the state) and modes.
+   subroutine find_modes(pencil, wanted, load_factor, shift, factors, modes, error)
+      type(buckling_pencil_t), intent(inout) :: pencil
+      integer, intent(in) :: wanted
+      real(dp), intent(in) :: load_factor !< of the state, for messages
+      real(dp), intent(in) :: shift !< 0: the lowest positive factors
+      real(dp), allocatable, intent(out) :: factors(:), modes(:, :)
+      type(error_t), allocatable, intent(out) :: error
+      !> Factors larger than this multiple of the smallest magnitude are rounding errors of an infinite one.
+      real(dp), parameter :: infinite = 1.0e9_dp
+      !> One lies on either side of a shift this close to a factor.
+      real(dp), parameter :: aside = 1.0e-5_dp
+      integer, parameter :: most_attempts = 3
+      real(dp) :: least
+      integer, allocatable :: kept(:)
+      integer :: attempt, i, more, below, lost
+
+      more = 0
+      do attempt = 1, most_attempts
+         call pencil%solver%factorise(pencil%stiffness, error)
+         if (allocated(error)) return
+         if (pencil%solver%negative_pivots /= 0) then
+            call raise(error, status_invalid_argument, 'buckling: the tangent at load factor '//text_of(load_factor) &
+               //' is not positive definite ('//text_of(pencil%solver%negative_pivots) &
+               //' negative pivots): the state is unstable already')
+            return
+         end if
+         if (.not. any(abs(pencil%geometric) > 0)) then
+            call raise(error, status_not_converged, 'buckling: the load causes no stress that could make the structure buckle')
+            return
+         end if
+         pencil%shifted = abs(shift) > 0
+         if (pencil%shifted) then
+            call factorise_beside(pencil, load_factor, shift, error)
+            if (allocated(error)) return
+         end if
+         call lanczos(pencil, pencil%pattern%n, min(wanted + more, pencil%pattern%n - 1), shift, factors, modes, least, error)
+         if (allocated(error)) return
+         if (.not. pencil%shifted) then
+            kept = pack([(i, i=1, size(factors))], factors > 0 .and. factors < infinite*least)
+            factors = factors(kept)
+            modes = modes(:, kept)
+         end if
+         if (size(factors) == 0) then
+            call raise(error, status_not_converged, 'buckling: no critical load factor was found' &
+               //trim(merge(' above that of the state: this load stabilises ', ' near that of the step                         ', &
+                            .not. pencil%shifted)))
+            return
+         end if
+         if (pencil%shifted) exit
+         ! The negative pivots count the factors below: none must be missing.
+         below = count(factors < maxval(factors)*(1 - aside))
+         call factorise_beside(pencil, load_factor, maxval(factors)*(1 - aside), error)
+         if (allocated(error)) return
+         lost = pencil%solver%negative_pivots - below
+         if (lost <= 0) exit
+         more = more + lost + 2
+         if (attempt == most_attempts) call raise(error, status_not_converged, 'buckling: ' &
+            //text_of(lost)//' modes below load factor '//text_of(maxval(factors))//' were not found')
+         if (allocated(error)) return
+      end do
+      if (.not. pencil%shifted .and. size(factors) > wanted) then
+         kept = ascending(factors)
+         modes = modes(:, kept(:wanted))
+         factors = factors(kept(:wanted))
+      end if
+   end subroutine find_modes
+
+   !> Factorise K + shift K_geo.
+   subroutine factorise_beside(pencil, load_factor, shift, error)
+      type(buckling_pencil_t), intent(inout) :: pencil
+      real(dp), intent(in) :: load_factor, shift
+      type(error_t), allocatable, intent(out) :: error
+      call pencil%solver%factorise(pencil%stiffness + shift*pencil%geometric, error)
+      if (.not. allocated(error)) return
+      if (error%code /= status_singular_matrix) return
+      deallocate (error)
+      call raise(error, status_singular_matrix, 'buckling: the load factor '//text_of(load_factor + shift) &
+         //' is a critical one, near which modes cannot be looked for; take one beside it')
+   end subroutine factorise_beside
+
+   !> See finshell_arpack; A = -K_geo.
+   subroutine apply(self, x, kx, y, error)
+      class(buckling_pencil_t), intent(inout) :: self
+      real(dp), intent(in), contiguous :: x(:), kx(:)
+      real(dp), intent(inout), contiguous :: y(:)
+      type(error_t), allocatable, intent(inout) :: error
+      real(dp), allocatable :: b(:)
+      if (self%shifted) then
+         call self%solver%solve(kx, y, error)
+      else
+         allocate (b(size(x)))
+         call self%pattern%multiply(self%geometric, x, b)
+         b = -b
+         call self%solver%solve(b, y, error)
+      end if
+   end subroutine apply
+
+   subroutine metric(self, x, y)
+      class(buckling_pencil_t), intent(in) :: self
+      real(dp), intent(in), contiguous :: x(:)
+      real(dp), intent(inout), contiguous :: y(:)
+      call self%pattern%multiply(self%stiffness, x, y)
+   end subroutine metric
+
+   !> Largest displacement of a node 1, its largest component positive; stored energy of the mode, which has unit length in K.
+   pure subroutine normalise(change)
+      type(linear_change_t), intent(inout) :: change
+      real(wp) :: scale
+      integer :: k, node, first
+      first = 1
+      if (.not. any(abs(change%motion(1:3, :)) > 0)) first = 4
+      node = maxloc(sum(change%motion(first:first + 2, :)**2, dim=1), 1)
+      k = maxloc(abs(change%motion(first:first + 2, node)), 1)
+      scale = sign(1/norm2(change%motion(first:first + 2, node)), change%motion(first + k - 1, node))
+      change%motion = scale*change%motion
+      change%energy = 0.5_wp*scale**2
+   end subroutine normalise
+
+   pure function ascending(x) result(order)
+      real(dp), intent(in) :: x(:)
+      integer, allocatable :: order(:)
+      integer :: i, j, k
+      order = [(i, i=1, size(x))]
+      do i = 2, size(x)
+         k = order(i)
+         j = i - 1
+         do while (j >= 1)
+            if (x(order(j)) <= x(k)) exit
+            order(j + 1) = order(j)
+            j = j - 1
+         end do
+         order(j + 1) = k
+      end do
+   end function ascending
+end module finshell_buckling
