@@ -1,7 +1,10 @@
 !> What all functions of the C interface share: the status structure, texts, and how a failure is reported.
+!>
+!> gfortran (12) keeps the length of a text that a function returns as `character(len=:), allocatable` in static memory. So what
+!> calls such functions stands in the critical region `finshell_texts`; the procedures here call none, but for `judge`, which
+!> enters the region itself, and `text_from`.
 module finshell_capi_common
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int32_t, c_null_char, c_ptr, c_size_t
-   use finshell_error, only: text_of
    use finshell_status, only: status_invalid_argument, status_ok, status_out_of_memory, status_text
    implicit none
    private
@@ -39,14 +42,24 @@ contains
       status%message(1) = c_null_char
    end function accept
 
-   !> The call as a whole is refused.
-   function refuse(status, place, message) result(code)
+   !> The call as a whole is refused. A '#' in the message stands for `value`.
+   function refuse(status, place, message, value) result(code)
       type(c_status_t), intent(out), optional :: status
       character(len=*), intent(in) :: place !< name of the C function
       character(len=*), intent(in) :: message
+      integer(c_int32_t), intent(in), optional :: value
       integer(c_int32_t) :: code
+      character(len=12) :: digits
+      integer :: i
       code = status_invalid_argument
-      call fill(status, code, -1, 0, place//': '//message)
+      i = 0
+      if (present(value)) i = index(message, '#')
+      if (i == 0) then
+         call fill(status, code, -1, 0, place//': '//message)
+      else
+         write (digits, '(i0)') value
+         call fill(status, code, -1, 0, place//': '//message(:i - 1)//trim(digits)//message(i + 1:))
+      end if
    end function refuse
 
    function refuse_memory(status, place) result(code)
@@ -54,7 +67,7 @@ contains
       character(len=*), intent(in) :: place
       integer(c_int32_t) :: code
       code = status_out_of_memory
-      call fill(status, code, -1, 0, place//': '//status_text(status_out_of_memory))
+      call fill(status, code, -1, 0, place//': out of memory')
    end function refuse_memory
 
    !> The code of a batch: that of the first element with a negative code or, without one, of the first with a positive code.
@@ -65,6 +78,7 @@ contains
       integer(c_int32_t), intent(in) :: codes(n)
       integer(c_int32_t) :: code
       integer(c_int32_t) :: e, failed, first, worst
+      character(len=12) :: digits
       failed = 0
       first = 0
       worst = 0
@@ -81,8 +95,11 @@ contains
          return
       end if
       code = worst
-      if (present(status)) call fill(status, code, first - 1, failed, place//': element '//text_of(first - 1)// &
-                                     ' (from 0): '//status_text(code))
+      if (.not. present(status)) return
+      write (digits, '(i0)') first - 1
+!$omp critical (finshell_texts)
+      call fill(status, code, first - 1, failed, place//': element '//trim(digits)//' (from 0): '//status_text(code))
+!$omp end critical (finshell_texts)
    end function judge
 
    subroutine fill(status, code, index, failed, message)
@@ -96,7 +113,7 @@ contains
       call store_text(message, message_length, status%message)
    end subroutine fill
 
-   !> A C text, '' for NULL.
+   !> A C text, '' for NULL; to be called in the critical region.
    function text_from(text) result(copy)
       type(c_ptr), intent(in) :: text
       character(len=:), allocatable :: copy

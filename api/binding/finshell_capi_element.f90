@@ -6,7 +6,6 @@ module finshell_capi_element
    use, intrinsic :: iso_fortran_env, only: int64
    use finshell_batch, only: evaluate_elements, recover_elements, rotation_increment, rotation_quaternion, rotation_vector
    use finshell_capi_common, only: accept, c_status_t, judge, refuse, refuse_memory
-   use finshell_error, only: text_of
    use finshell_mass, only: mass_elements
    use finshell_pressure, only: follower_pressure
    use finshell_section, only: section_t
@@ -41,7 +40,7 @@ contains
       code = check_motion(place, section, n, present(x), present(u), present(rotations), convention, present(state), status)
       if (code /= status_ok) return
       if (threads < 0) then
-         code = refuse(status, place, 'threads is '//text_of(threads)//', expected 0 (as OpenMP chooses) or a positive number')
+         code = refuse(status, place, 'threads is #, expected 0 (as OpenMP chooses) or a positive number', threads)
          return
       end if
       if (n == 0) return
@@ -145,7 +144,7 @@ contains
       code = check_batch(place, n, status)
       if (code /= status_ok) return
       if (form /= 0 .and. form /= 1) then
-         code = refuse(status, place, 'form is '//text_of(form)//', expected 0 (follower) or 1 (symmetric)')
+         code = refuse(status, place, 'form is #, expected 0 (follower) or 1 (symmetric)', form)
       else if (n > 0 .and. .not. (present(p) .and. present(x) .and. present(u))) then
          code = refuse(status, place, 'pressure, X or u is NULL')
       end if
@@ -184,7 +183,7 @@ contains
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       if (n < 0) then
-         code = refuse(status, place, 'n is '//text_of(n)//', expected a number of elements >= 0')
+         code = refuse(status, place, 'n is #, expected a number of elements >= 0', n)
       else
          code = accept(status)
       end if
@@ -203,8 +202,7 @@ contains
       if (.not. c_associated(section)) then
          code = refuse(status, place, 'section is NULL')
       else if (convention < rotation_vector .or. convention > rotation_increment) then
-         code = refuse(status, place, 'convention is '//text_of(convention)//', expected 1 (vector), 2 (quaternion) or '// &
-                       '3 (increment)')
+         code = refuse(status, place, 'convention is #, expected 1 (vector), 2 (quaternion) or 3 (increment)', convention)
       else if (n == 0) then
          return
       else if (.not. has_x) then

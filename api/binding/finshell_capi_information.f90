@@ -2,7 +2,6 @@
 module finshell_capi_information
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, store_text, text_from
-   use finshell_error, only: text_of
    use finshell_registry, only: material_names, material_parameters, parameter_t
    use finshell_status, only: status_text
    use finshell_version, only: version
@@ -42,8 +41,10 @@ contains
       ! allow(C072)
       character(kind=c_char), intent(inout), optional :: buffer(*)
       integer(c_int32_t) :: length
+!$omp critical (finshell_texts)
       length = len(status_text(code))
       if (present(buffer) .and. size > 0) call store_text(status_text(code), size, buffer)
+!$omp end critical (finshell_texts)
    end function message
 
    function material_count() result(n) bind(c, name='finshell_material_count')
@@ -59,7 +60,7 @@ contains
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_material_name'
       if (i < 0 .or. i >= material_count()) then
-         code = refuse(status, place, 'i is '//text_of(i)//', expected 0 to '//text_of(material_count() - 1))
+         code = refuse(status, place, 'i is #, expected 0 to one less than the number of laws', i)
       else if (.not. present(buffer) .or. size < 1) then
          code = refuse(status, place, 'buffer is NULL or has no size')
       else
@@ -75,8 +76,10 @@ contains
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: n
       n = accept(status)
+!$omp critical (finshell_texts)
       n = size(material_parameters(text_from(material)))
       if (n == 0) n = refuse(status, 'finshell_material_parameter_count', 'unknown material law '''//text_from(material)//'''')
+!$omp end critical (finshell_texts)
    end function parameter_count
 
    function parameter_information(material, i, information, status) result(code) bind(c, name='finshell_material_parameter')
@@ -87,11 +90,12 @@ contains
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_material_parameter'
       type(parameter_t), allocatable :: parameters(:)
+!$omp critical (finshell_texts)
       parameters = material_parameters(text_from(material))
       if (.not. c_associated(material) .or. size(parameters) == 0) then
          code = refuse(status, place, 'unknown material law '''//text_from(material)//'''')
       else if (i < 0 .or. i >= size(parameters)) then
-         code = refuse(status, place, 'i is '//text_of(i)//', expected 0 to '//text_of(size(parameters) - 1))
+         code = refuse(status, place, 'i is #, expected 0 to one less than the number of parameters', i)
       else if (.not. present(information)) then
          code = refuse(status, place, 'information is NULL')
       else
@@ -105,5 +109,6 @@ contains
          end associate
          code = accept(status)
       end if
+!$omp end critical (finshell_texts)
    end function parameter_information
 end module finshell_capi_information

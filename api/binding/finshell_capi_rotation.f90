@@ -2,7 +2,6 @@
 module finshell_capi_rotation
    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
    use finshell_capi_common, only: accept, c_status_t, judge, refuse, refuse_memory
-   use finshell_error, only: text_of
    use finshell_quaternion, only: quaternion_normalise, quaternion_product, quaternion_to_matrix, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion, update_quaternion
    use finshell_rotation, only: tangent_operator
@@ -150,7 +149,7 @@ contains
       integer :: memory
       code = accept(status)
       if (n < 0) then
-         code = refuse(status, place, 'n is '//text_of(n)//', expected a number >= 0')
+         code = refuse(status, place, 'n is #, expected a number >= 0', n)
       else if (n > 0 .and. .not. complete) then
          code = refuse(status, place, 'an array is NULL')
       else if (n > 0) then

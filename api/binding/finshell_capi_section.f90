@@ -1,4 +1,6 @@
 !> C interface: sections. See finshell.h for what the functions promise.
+!>
+!> One thread at a time creates a section (see finshell_capi_common).
 module finshell_capi_section
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_loc, c_null_ptr, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, text_from
@@ -42,6 +44,32 @@ contains
       type(c_ptr), intent(out), optional :: section
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
+!$omp critical (finshell_texts)
+      code = one_layer(material, parameters, names, values, thickness, options, option_names, option_values, section, status)
+!$omp end critical (finshell_texts)
+   end function create
+
+   function create_layered(layers, layer, options, option_names, option_values, section, status) result(code) &
+      bind(c, name='finshell_section_create_layered')
+      integer(c_int32_t), value :: layers, options
+      type(c_layer_t), intent(in), optional :: layer(layers)
+      type(c_ptr), value :: option_names, option_values
+      type(c_ptr), intent(out), optional :: section
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+!$omp critical (finshell_texts)
+      code = many_layers(layers, layer, options, option_names, option_values, section, status)
+!$omp end critical (finshell_texts)
+   end function create_layered
+
+   function one_layer(material, parameters, names, values, thickness, options, option_names, option_values, section, status) &
+      result(code)
+      type(c_ptr), intent(in) :: material, names, values, option_names, option_values
+      integer(c_int32_t), intent(in) :: parameters, options
+      real(c_double), intent(in) :: thickness
+      type(c_ptr), intent(out), optional :: section
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_section_create'
       type(ply_t) :: ply(1)
       type(options_t) :: chosen
@@ -56,13 +84,12 @@ contains
       else
          code = finish(place, ply, chosen, section, status)
       end if
-   end function create
+   end function one_layer
 
-   function create_layered(layers, layer, options, option_names, option_values, section, status) result(code) &
-      bind(c, name='finshell_section_create_layered')
-      integer(c_int32_t), value :: layers, options
+   function many_layers(layers, layer, options, option_names, option_values, section, status) result(code)
+      integer(c_int32_t), intent(in) :: layers, options
       type(c_layer_t), intent(in), optional :: layer(layers)
-      type(c_ptr), value :: option_names, option_values
+      type(c_ptr), intent(in) :: option_names, option_values
       type(c_ptr), intent(out), optional :: section
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
@@ -97,7 +124,7 @@ contains
       else
          code = finish(place, plies, chosen, section, status)
       end if
-   end function create_layered
+   end function many_layers
 
    subroutine destroy(section) bind(c, name='finshell_section_destroy')
       type(c_ptr), value :: section

@@ -148,6 +148,23 @@ static finshell_section *own_section(int number)
    return number % 2 ? laminate(0.001 * number) : rubber(0.05 + 0.01 * number);
 }
 
+/* Functions that make texts. */
+static int texts(patch p, const finshell_section *s)
+{
+   char text[64];
+   finshell_status status;
+   finshell_parameter parameter;
+   const double nothing[9] = {0};
+   return finshell_evaluate(s, 1, nothing, p.u, p.vector, 1, NULL, NULL, NULL, NULL, NULL, NULL, 1, &status) != -2
+          || !strstr(status.message, "element 0 (from 0): a reference triangle has no area")
+          || finshell_evaluate(s, -7, p.X, p.u, p.vector, 1, NULL, NULL, NULL, NULL, NULL, NULL, 1, &status) != -1
+          || !strstr(status.message, "n is -7, expected")
+          || finshell_message(3, text, sizeof text) < 20 || strncmp(text, "a nodal rotation", 16) != 0
+          || finshell_material_name(0, text, sizeof text, &status) || strcmp(text, "mooney_rivlin") != 0
+          || finshell_material_parameter_count("mooney_rivlin", &status) != 2
+          || finshell_material_parameter("mooney_rivlin", 1, &parameter, &status) || strcmp(parameter.name, "c01") != 0;
+}
+
 static void *work(void *argument)
 {
    job *j = argument;
@@ -167,6 +184,7 @@ static void *work(void *argument)
       if (finshell_section_create("mooney_rivlin", 2, wrong, values, 0.1, 0, NULL, NULL, &none, &status) != -1
           || !strstr(status.message, "'c02'") || none)
          j->differences++;
+      if (texts(p, j->shared)) j->differences++;
    }
    free_patch(p);
    free_result(first), free_result(again);

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""The C tests under valgrind's memcheck and with the address and undefined-behaviour sanitizers: no error, no leak.
+"""The C tests under valgrind's memcheck and with the address and undefined-behaviour sanitizers: no error, no leak. Threads of a
+host with the thread sanitizer: no race (threads of OpenMP are left out, whose barriers it does not know).
 
 The library is built anew for each (kept in the build folder, so the second run is quick): valgrind knows no 512-bit instructions.
 """
 import glob
 import os
+import re
 import shutil
 import sys
 import unittest
@@ -30,9 +32,25 @@ def build(name, flags):
     return folder
 
 
+def critical_procedures():
+    """Linker names of the procedures of api/binding with a critical region."""
+    found = []
+    for path in sorted(glob.glob(os.path.join(installed.SOURCE, "api", "binding", "*.f90"))):
+        with open(path, encoding="utf-8") as f:
+            for body in re.split(r"\n(?=   (?:pure )?(?:function|subroutine) )", f.read()):
+                if "!$omp critical (finshell_texts)\n" not in body:
+                    continue
+                bound = re.search(r"bind\(c, name='(\w+)'\)", body)
+                name = re.search(r"(?:function|subroutine) (\w+)", body).group(1)
+                module = os.path.basename(path)[:-4]
+                found.append(bound.group(1) if bound else f"__{module}_MOD_{name}")
+    assert len(found) == 6, found
+    return found
+
+
 class Clean(unittest.TestCase):
-    def run_all(self, folder, *before, **environment):
-        for program, arguments in PROGRAMS:
+    def run_all(self, folder, *before, programs=PROGRAMS, **environment):
+        for program, arguments in programs:
             with self.subTest(program=program):
                 output = installed.run(*before, os.path.join(folder, program), *arguments, env=dict(os.environ, **environment))
                 self.assertIn(" 0 failures", output)
@@ -40,6 +58,15 @@ class Clean(unittest.TestCase):
     def test_sanitizers(self):
         folder = build("sanitizers", "-g -O1 -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all")
         self.run_all(folder, UBSAN_OPTIONS="print_stacktrace=1", ASAN_OPTIONS="detect_leaks=1:detect_stack_use_after_return=1")
+
+    def test_thread_sanitizer(self):
+        # The sanitizer does not see that critical regions of OpenMP exclude one another: what stands in them is suppressed.
+        folder = build("threads", "-g -O1 -fsanitize=thread")
+        suppressed = os.path.join(folder, "critical.txt")
+        with open(suppressed, "w", encoding="utf-8") as f:
+            f.writelines(f"race:^{name}$\n" for name in critical_procedures())
+        self.run_all(folder, programs=(("test_capi_batch", ("0",)),), TSAN_OPTIONS=f"exitcode=9:suppressions={suppressed}",
+                     OMP_NUM_THREADS="1")
 
     @unittest.skipUnless(shutil.which("valgrind"), "valgrind is not installed")
     def test_memcheck(self):
