@@ -34,7 +34,8 @@ configure:
 compile:
 	@[ -t 1 ] || quiet='-- --quiet'; cmake --build --preset $(PRESET) -j $(JOBS) $$quiet
 
-benchmark: build ## Run the benchmark programs
+benchmark: build ## Compare examples/ with their references (doc/benchmarks.md); run the programs of bench/
+	FINSHELL_BIN=$(CURDIR)/build/bin/finshell python3 bench/benchmark.py
 	@for program in build/bin/bench_*; do [ ! -x $$program ] || { echo "== $$program"; $$program || exit 1; }; done
 
 lint: ## Check style (fortitude) and indentation (findent)
