@@ -1,0 +1,104 @@
+"""The cases of `make benchmark`: meshes, settings, quantities, what others need for them.
+
+Peers: CPU seconds of the whole process on one core of the machine class in doc/benchmarks.md, measured 2026-11-22 (versions there).
+"""
+from dataclasses import dataclass, field
+from math import pi
+
+
+@dataclass
+class Case:
+    name: str                  # of the folder in examples/
+    title: str
+    meshes: dict               # label -> divisions
+    quantities: tuple          # columns of the history to compare
+    kind: str = "end"          # end: at full load; path: arc-length, limit points; levels: load factor at given displacements
+    table: bool = False        # compare at every load factor of reference.csv too
+    levels: str = ""           # load factors to list where there is no reference table
+    spread: str = ""           # mesh on which beta0 is varied
+    optimal: float = 0.0       # beta0 that is optimal for in-plane bending: (1 - 4 nu^2)/2
+    column: str = ""           # kinds path, levels: column of the displacement or volume
+    step: str = ""             # settings for curves
+    steps: dict = field(default_factory=dict)  # other settings of &step on some meshes
+    file: str = ""             # input file, where it is not NAME/input.nml
+    values: dict = field(default_factory=dict)  # kind levels: value of the reference -> prescribed value
+    reference: tuple = ()      # kind levels: file in test/data, columns, value of the column fibre
+    fine: str = ""             # kind levels: settings for the limit points
+    extra: tuple = ()          # kind levels: further prescribed values around limit points
+    limits: tuple = ()         # kind levels: limit points of the reference
+    target: str = ""
+    peers: tuple = ()
+
+
+TENTHS = "0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0"
+PINCHED = "control = 'displacement' node_set = 'corner_a0_y0' component = 'z' displacements = -100 load_factor = 1 first_increment = -5 maximum_iterations = 40"
+SEMI_CYLINDER = PINCHED.replace("corner_a0_y0", "corner_a0_y1").replace("-100", "-260")
+
+ARC = "control = 'displacement' node_set = 'edge_a0' component = 'z' first_increment = 0.005 largest_increment = 0.01 mixed = .true. residual_tolerance = 1e-5 correction_tolerance = 1e-5"
+VOLUMES = {stretch: round(1000 * pi / 6 * stretch ** 3, 4) for stretch in (1.1, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.0)}
+
+CASES = [
+    Case("sze31", "Cantilever under an end shear force (Sze, Liu & Lo 3.1)", {"8x1": "8, 1", "16x1": "16, 1", "32x1": "32, 1"}, ("U", "W", "U_table", "W_table"),
+         table=True, spread="16x1", optimal=0.5, target="16x1: at most 0.25 %, 1 increment, 12 iterations",
+         peers=("Kratos thin triangle 16x1: +0.1/+0.1 %, 10 steps, 50 iterations, 0.5 s", "OpenSees ASDShellT3: stalls at 68 % of the load",
+                "CalculiX S6: 0.0/0.0 %, 50 iterations, 0.75 s")),
+    Case("sze32", "Cantilever under an end moment, full circle (Sze, Liu & Lo 3.2)", {"16x1": "16, 1", "32x1": "32, 1"}, ("U", "W"),
+         table=True, spread="16x1", optimal=0.5, target="full circle, and on to three turns",
+         peers=("Kratos thin triangle: 0.0 %, 100 iterations, 0.8 s", "OpenSees ASDShellT3: 0.0 %, 60 iterations")),
+    Case("sze32_three_turns", "Cantilever under an end moment, three turns", {"16x1": "16, 1", "32x1": "32, 1", "64x1": "64, 1"}, ("U", "W")),
+    Case("sze33", "Slit annular plate (Sze, Liu & Lo 3.3)", {"6x30": "30, 6", "10x80": "80, 10", "16x128": "128, 16"}, ("W_A", "W_B"),
+         table=True, spread="10x80", optimal=0.5, steps={"6x30": "first_increment = 0.05 mixed = .true. rotation_limit = 0.2"}, target="10x80: at most 0.5 %, 6 increments, 60 iterations",
+         peers=("Kratos thin triangle 6x30: −3.0/−2.4 %, 395 iterations, 13 s; 10x80: −0.5/−0.4 %, 260 iterations, 37 s",
+                "OpenSees ASDShellT3: 13 % of the load in 40 s", "CalculiX S6: −8.8/−7.4 %, 30 s")),
+    Case("sze34", "Hemisphere with 18° hole (Sze, Liu & Lo 3.4)", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("V_A", "U_B"),
+         table=True, spread="8x8", optimal=0.32, target="8x8: at most 5 %; 16x16: at most 1 %; full load in at most 2 increments, 20 iterations",
+         peers=("Kratos thin triangle 8x8: −30/−45 %, 1.2 s; 16x16: −6.3/−11.9 %, 121 iterations, 5.6 s; 32x32: −0.5/−1.7 %, 117 iterations, 31 s",
+                "OpenSees ASDShellT3 8x8: −32/−48 %", "CalculiX S6 8x8: −36/−50 % (whole shell)")),
+    Case("sze35", "Pull-out of an open cylinder (Sze, Liu & Lo 3.5)", {"8x12": "12, 8", "16x24": "24, 16", "24x36": "36, 24", "32x48": "48, 32"}, ("W_A", "U_B", "U_C"),
+         table=True, spread="8x12", optimal=0.3047, target="16x24: U_B, U_C at most 1 %, full load in at most 2 increments, 20 iterations",
+         peers=("Kratos thin triangle 16x24: −1.2/+0.2/+0.3 %, 216 iterations, 14 s; 24x36: −1.2/0.0/+0.4 %, 172 iterations, 32 s",
+                "OpenSees ASDShellT3: 51 % of the load in 40 s", "CalculiX S6: −35 % and worse")),
+    Case("sze36", "Pinched cylinder with end diaphragms (Sze, Liu & Lo 3.6)", {"16x16": "16, 16", "24x24": "24, 24", "40x40": "40, 40"}, ("W_A", "U_B"),
+         levels=TENTHS, step=PINCHED),
+    Case("sze37", "Pinched semi-cylinder, isotropic (Sze, Liu & Lo 3.7)", {"16x16": "16, 16", "24x24": "24, 24", "40x40": "40, 40"}, ("W_A",),
+         levels=TENTHS, step=SEMI_CYLINDER),
+    Case("sze37_0_90_0", "Pinched semi-cylinder, laminate 0/90/0", {"16x16": "16, 16", "24x24": "24, 24", "40x40": "40, 40"}, ("W_A",),
+         levels=TENTHS, step=SEMI_CYLINDER),
+    Case("sze37_90_0_90", "Pinched semi-cylinder, laminate 90/0/90", {"16x16": "16, 16", "24x24": "24, 24", "40x40": "40, 40"}, ("W_A",),
+         levels=TENTHS, step=SEMI_CYLINDER),
+    Case("sze38a", "Hinged roof, h = 12.7, isotropic (Sze, Liu & Lo 3.8)", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",),
+         kind="path", column="W_C", spread="8x8", optimal=0.32, target="the whole published path",
+         peers=("Kratos thin triangle: bounces at the first limit point", "OpenSees: arc-length bounces; displacement control passes",
+                "CalculiX S6: no arc-length")),
+    Case("sze38b", "Hinged roof, h = 12.7, laminate 0/90/0", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",), kind="path", column="W_C"),
+    Case("sze38c", "Hinged roof, h = 12.7, laminate 90/0/90", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",), kind="path", column="W_C"),
+    Case("sze38d", "Hinged roof, h = 6.35, isotropic (Sze, Liu & Lo 3.8)", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",),
+         kind="path", column="W_C", spread="8x8", optimal=0.32, target="the whole published path, snap-back included",
+         peers=("Kratos thin triangle: bounces at the first limit point", "OpenSees: arc-length bounces", "CalculiX S6: no arc-length")),
+    Case("sze38e", "Hinged roof, h = 6.35, laminate 0/90/0", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",), kind="path", column="W_C"),
+    Case("sze38f", "Hinged roof, h = 6.35, laminate 90/0/90", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",), kind="path", column="W_C"),
+    *[Case(f"inflated_sphere_{law}", f"Inflated sphere past its largest pressure, {title}", {"8x8": "8, 8", "16x16": "16, 16", "24x24": "24, 24", "32x32": "32, 32"},
+           ("load_factor",), kind="levels", file=f"inflated_sphere/{law}.nml", column="volume", values=VOLUMES, reference=("inflated_sphere_analytic.csv", "stretch", column),
+           fine="control = 'volume' first_increment = 50 tolerance = 'tight' volumes =", extra=(1340, 1365, 1380, 1390, 1405, 1430),
+           target="past the pressure maximum, to five times the radius")
+      for law, title, column in (("neo_hookean", "neo-Hookean", "pR_over_mu_h_NH"), ("mooney_rivlin", "Mooney–Rivlin", "pR_over_h_MR80_20_psi"))],
+    Case("fibre_arc_axial", "Fibre arc, axial fibres (Caselli & Bisegna 3.2)", {"24x1": "24, 1", "48x1": "48, 1", "96x1": "96, 1"}, ("load_factor",), kind="levels",
+         file="fibre_arc/axial.nml", column="w", values={w: w for w in (1.05, 1.1, 1.15, 1.2, 1.25, 1.3, 1.35, 1.4, 1.45)}, reference=("fibre_arc_at_w.csv", "w", "p", "axial"),
+         fine=f"{ARC} displacements =", limits=((0.103, 0.233), (0.161, 0.084), (0.430, 0.263), (0.973, -0.212)),
+         target="2 % where it may be judged; all limit points; at most 41 increments, 189 iterations (the paper's)"),
+    Case("fibre_arc_circumferential", "Fibre arc, circumferential fibres (Caselli & Bisegna 3.2)", {"24x1": "24, 1", "48x1": "48, 1", "96x1": "96, 1"}, ("load_factor",), kind="levels",
+         file="fibre_arc/circumferential.nml", column="w",
+         values={w: w for w in (0.05, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 0.9, 1.0, 1.1, 1.15, 1.2, 1.25, 1.3, 1.35, 1.4, 1.45)},
+         reference=("fibre_arc_at_w.csv", "w", "p", "circumferential"), fine=f"{ARC} displacements =", limits=((0.412, 0.528), (0.906, -0.461)),
+         target="2 % where it may be judged; all limit points; at most 32 increments, 148 iterations (the paper's)"),
+    Case("scordelis_lo", "Scordelis–Lo roof, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("w",), spread="all", optimal=0.5),
+    Case("pinched_cylinder", "Pinched cylinder with diaphragms, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("w",), spread="all", optimal=0.32),
+    Case("pinched_hemisphere", "Pinched hemisphere, closed, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("u",), spread="all", optimal=0.32),
+    Case("pinched_hemisphere_hole", "Pinched hemisphere with hole, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("u",), spread="all", optimal=0.32),
+    *[Case(f"twisted_beam_{t}_{d}", f"Twisted beam, {t}, force along {d}, linear", {"12x2": "12, 2", "24x4": "24, 4", "48x8": "48, 8"}, ("u",), spread="all", optimal=0.4032)
+      for t in ("thick", "thin") for d in "yz"],
+    Case("cook", "Cook's membrane, linear", {"2x2": "2, 2", "4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("v",), spread="all", optimal=0.2777778),
+    Case("panel_bending", "Cantilever panel in in-plane bending, linear", {"8x2": "8, 2", "16x4": "16, 4", "32x8": "32, 8"}, ("v",), spread="all", optimal=0.375),
+    Case("patch_membrane", "Membrane patch test", {"4x4": "4, 4"}, ("N_11", "u_y"), spread="all", optimal=0.375),
+    Case("patch_bending", "Bending patch test", {"4x4": "4, 4"}, ("M_11", "w"), spread="all", optimal=0.375),
+]
