@@ -1,6 +1,6 @@
 !> Sorting permutations: stable merge sort, n log n in the worst case. Used to find shared edges, duplicate nodes and node tags.
 module finshell_mesh_sorting
-   use finshell_kinds, only: wp, i8
+   use finshell_kinds, only: dp, i8
    implicit none
    private
    public :: sorted_order, sorted_unique, position_in_sorted
@@ -57,48 +57,13 @@ contains
       end function takes_left
    end function sorted_order_integer
 
+   !> Numbers are sorted by their bits, which ascend as the numbers do once those of negative ones are turned round.
    pure function sorted_order_real(keys) result(order)
-      real(wp), intent(in) :: keys(:)
+      real(dp), intent(in) :: keys(:)
       integer, allocatable :: order(:)
-      integer, allocatable :: work(:)
-      integer :: n, width, first, middle, last, i, j, k
-
-      n = size(keys)
-      order = [(i, i=1, n)]
-      allocate (work(n))
-      width = 1
-      do while (width < n)
-         do first = 1, n, 2*width
-            middle = min(first + width, n + 1)
-            last = min(first + 2*width, n + 1)
-            i = first
-            j = middle
-            do k = first, last - 1
-               if (takes_left(i, j, middle, last)) then
-                  work(k) = order(i)
-                  i = i + 1
-               else
-                  work(k) = order(j)
-                  j = j + 1
-               end if
-            end do
-         end do
-         order = work
-         width = 2*width
-      end do
-
-   contains
-
-      pure logical function takes_left(i, j, middle, last)
-         integer, intent(in) :: i, j, middle, last
-         if (i >= middle) then
-            takes_left = .false.
-         else if (j >= last) then
-            takes_left = .true.
-         else
-            takes_left = keys(order(i)) <= keys(order(j))
-         end if
-      end function takes_left
+      integer(i8) :: bits(size(keys))
+      bits = transfer(keys + 0.0_dp, bits) ! + 0: -0 becomes 0
+      order = sorted_order_integer(merge(ieor(bits, huge(bits)), bits, bits < 0))
    end function sorted_order_real
 
    !> The distinct values of a list, ascending.
