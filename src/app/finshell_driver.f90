@@ -229,6 +229,8 @@ contains
          ' linear solutions or buckling modes, which leave the state as it is'
       write (output_unit, '(3(i0,a),f0.2,a)') path%increments, ' increments, ', path%iterations, ' iterations, ', path%cuts, &
          ' cuts, ', seconds, ' s of CPU time'
+      if (reporter%critical_points > 0) write (output_unit, '(i0,a)') reporter%critical_points, &
+         ' limit or bifurcation points were passed (column critical_point of the history).'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
       write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &

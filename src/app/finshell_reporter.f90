@@ -10,6 +10,7 @@ module finshell_reporter
    use finshell_monitoring, only: watch_t, new_watch, monitored_values, point_fields, cell_fields
    use finshell_observer, only: observer_t, record_t
    use finshell_results, only: results_file_t
+   use finshell_stability, only: event_name, no_event
    use finshell_state, only: state_t
    use finshell_step, only: control_linear, control_buckling
    use finshell_version, only: version
@@ -31,6 +32,7 @@ module finshell_reporter
       integer :: last_written = -1
       integer :: unstable = 0 !< increments with negative pivots
       integer :: linear = 0 !< linear solutions and modes
+      integer :: critical_points = 0 !< limit and bifurcation points
       type(record_t) :: last
    contains
       procedure :: open => open_reports
@@ -83,6 +85,7 @@ contains
       type(increment_t) :: row
 
       row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)
+      row%critical_point = record%event + merge(10, 0, record%located)
       allocate (row%monitors(size(self%watches)))
       call monitored_values(self%problem, state, self%watches, row%monitors, error)
       if (allocated(error)) return
@@ -92,6 +95,10 @@ contains
       if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
          'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
       if (record%control == control_linear .or. record%control == control_buckling) self%linear = self%linear + 1
+      if (record%event /= no_event) then
+         self%critical_points = self%critical_points + 1
+         if (.not. self%quiet) call show_event(record)
+      end if
       if (record%negative_pivots > 0) self%unstable = self%unstable + 1
       self%last = record
       if (.not. self%output%fields) return
@@ -134,6 +141,17 @@ contains
       end if
       if (.not. allocated(error)) self%last_written = record%increment
    end subroutine write_fields
+
+   !> A limit or bifurcation point.
+   subroutine show_event(record)
+      type(record_t), intent(in) :: record
+      if (record%located) then
+         write (output_unit, '(5x,a,es13.6,a,es8.1)') event_name(record%event)//' located at load factor ', record%load_factor, &
+            '; cosine between null vector and load ', record%load_cosine
+      else
+         write (output_unit, '(5x,a)') event_name(record%event)//' passed since the increment before'
+      end if
+   end subroutine show_event
 
    !> Progress: increment, load factor, monitors, iterations, cuts, pivots, CPU seconds.
    subroutine show(self, record, values)

@@ -101,6 +101,7 @@ contains
       call get(group, 'wanted_iterations', step%wanted_iterations, error, default=step%wanted_iterations, minimum=0)
       call get(group, 'extrapolate', step%extrapolate, error, default=step%extrapolate)
       call get(group, 'load_scale', step%load_scale, error, default=step%load_scale, minimum=0.0_wp)
+      call read_following(group, step, error)
       if (allocated(error)) return
       if (step%largest_increment > 0 .and. abs(step%first_increment) > step%largest_increment) then
          call complain_about(group, 'first_increment', 'it is larger than largest_increment', error)
@@ -108,6 +109,21 @@ contains
          call complain_about(group, 'smallest_increment', 'it is larger than largest_increment', error)
       end if
    end subroutine read_increments
+
+   !> How much trust is put in an increment, and what is done about critical points.
+   subroutine read_following(group, step, error)
+      type(group_t), intent(inout) :: group
+      type(step_t), intent(inout) :: step
+      type(error_t), allocatable, intent(inout) :: error
+
+      call get(group, 'switch_control', step%switch_control, error, default=step%switch_control)
+      call get(group, 'cautious', step%cautious, error, default=step%cautious)
+      call get(group, 'patience', step%patience, error, default=step%patience, minimum=0)
+      call get(group, 'locate', step%locate, error, default=step%locate)
+      call get(group, 'switch_branch', step%switch_branch, error, default=step%switch_branch, minimum=0)
+      call get(group, 'branch_amplitude', step%branch_amplitude, error, default=step%branch_amplitude)
+      step%locate = step%locate .or. step%switch_branch > 0
+   end subroutine read_following
 
    !> A preset, and what deviates from it.
    subroutine read_convergence(group, convergence, error)

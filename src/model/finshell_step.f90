@@ -43,8 +43,8 @@ module finshell_step
       character(len=:), allocatable :: element_set
       real(wp), allocatable :: volumes(:) !< as `displacements`
 
-      !> Size of the first increment: of the load factor (load control, arc-length) or of the displacement (displacement
-      !> control). 0: a tenth of the way to the end of the step. An arc-length step whose first load level lies ahead on the path
+      !> Size of the first increment: of the load factor (load control, arc-length) or of the displacement or volume (where that is
+      !> prescribed). 0: a tenth of the way to the end of the step. An arc-length step whose first load level lies ahead on the path
       !> of the step before (or that has none) goes on along that path with its last size.
       real(wp) :: first_increment = 0
       real(wp) :: largest_increment = 0 !< same measure, magnitude; 0: no bound
@@ -58,6 +58,14 @@ module finshell_step
       real(wp) :: load_scale = 0 !< arc-length: weight of the load factor in the length, 0 cylindrical, 1 spherical
       integer :: modes = 4 !< buckling: number of modes
       real(wp) :: near = 0 !< buckling: modes nearest to this load factor; 0: the lowest above the present one
+      !> Displacement and volume control: arc-length stands in where the prescribed quantity turns round.
+      logical :: switch_control = .true.
+      logical :: cautious = .false. !< refuse increments that bend sharply, jump in pivots or miss their prediction by far
+      integer :: patience = 200 !< increments without coming nearer to the target than before; 0: no limit
+      logical :: locate = .false. !< locate limit and bifurcation points
+      integer :: switch_branch = 0 !< follow the branch from this bifurcation point, counted within the step; 0: never
+      !> Largest displacement of the first increment there; its sign chooses the side; 0: 1 % of the size of the structure.
+      real(wp) :: branch_amplitude = 0
       type(convergence_t) :: convergence
    end type step_t
 

@@ -8,15 +8,19 @@ module finshell_control
    use finshell_step, only: control_load, control_displacement, control_arc_length, control_volume
    implicit none
    private
-   public :: constraint_t, factor_change, arc_norm, arc_product
+   public :: constraint_t, factor_change, arc_norm, arc_product, control_vector
+
+   !> Besides the controls of a step: the part of the increment along a vector is prescribed (start of a branch).
+   integer, parameter :: control_vector = 21
 
    type :: constraint_t
       integer :: control = control_load
-      real(wp) :: target = 0 !< load factor, monitored displacement or volume, or length of the increment
+      real(wp) :: target = 0 !< load factor, monitored displacement or volume, length of the increment, or its part along a vector
       real(wp) :: load_weight = 0 !< arc-length: length**2 = |displacements|**2 + load_weight * (change of factor)**2
       !> Arc-length without a predictor: the increment before, whose direction the first correction keeps.
       real(wp), allocatable :: previous(:)
       real(wp) :: previous_change = 0
+      real(wp), allocatable :: vector(:) !< control_vector; over the displacements
       real(wp) :: sense = 1 !< of the factor, when there is no increment before
    end type constraint_t
 
@@ -35,7 +39,7 @@ contains
       real(wp), intent(in) :: watched(:), watched_rate !< its derivatives; size 0 when there is none
       real(wp), intent(out) :: change, eta
       logical, intent(out) :: ok
-      real(wp) :: slope
+      real(wp) :: slope, norm
 
       eta = 1
       ok = .true.
@@ -45,6 +49,12 @@ contains
          ok = abs(slope) > 0
          change = 0
          if (ok) change = (self%target - monitored - dot_product(watched, x_r))/slope
+      case (control_vector)
+         norm = arc_product(self%vector, self%vector, field)
+         slope = arc_product(self%vector, x_t, field)
+         ok = abs(slope) > 0
+         change = 0
+         if (ok) change = (self%target*norm - arc_product(self%vector, increment + x_r, field))/slope
       case (control_arc_length)
          call arc_change(self, field, x_r, x_t, increment, increment_change, change, eta, ok)
       case default

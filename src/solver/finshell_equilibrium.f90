@@ -228,6 +228,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       call self%solver%factorise(self%values, error)
       self%negative_pivots = self%solver%negative_pivots
+      self%determinant_sign = self%solver%determinant_sign
       if (.not. allocated(error)) return
       if (error%code == status_singular_matrix .and. allocated(self%solver%null_vector)) &
          error%message = name_mode(self%structure%mesh, self%equations, self%solver%null_vector)

@@ -22,6 +22,9 @@ module finshell_newton
       integer :: iterations = 0 !< linear solves
       real(wp) :: residual = huge(1.0_wp) !< finshell_convergence
       real(wp) :: correction = huge(1.0_wp)
+      integer :: first_pivots = -1 !< negative pivots of the first tangent
+      integer :: first_determinant = 0
+      real(wp), allocatable :: x_t(:) !< change of the unknowns per load factor, last iteration; unallocated in load control
       integer :: regularised = 0 !< iterations with a stand-in stiffness
       integer(i4) :: code = status_ok
       character(len=:), allocatable :: reason !< why it did not converge
@@ -161,6 +164,10 @@ contains
          return
       end if
       result%iterations = result%iterations + 1
+      if (result%iterations == 1) then
+         result%first_pivots = problem%negative_pivots
+         result%first_determinant = problem%determinant_sign
+      end if
       if (constraint%control == control_load) then
          change = constraint%target - problem%factor()
          call problem%solve(problem%residual + change*problem%rate, x, error)
@@ -178,6 +185,7 @@ contains
             end if
             x = eta*x + change*x_t
             complete = eta >= 1
+            call move_alloc(x_t, result%x_t)
          end if
       end if
       if (allocated(error)) then

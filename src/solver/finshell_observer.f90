@@ -13,6 +13,9 @@ module finshell_observer
       integer :: iterations = 0 !< linear solves of this increment, those of failed attempts included
       integer :: cuts = 0 !< failed attempts before this one
       integer :: negative_pivots = -1 !< of the last tangent; -1: not known (unsymmetric matrix)
+      integer :: event = 0 !< limit or bifurcation point (finshell_stability) between this increment and the one before
+      logical :: located = .false. !< the event is at this increment
+      real(wp) :: load_cosine = 0 !< located: between the null vector and the load
       integer :: regularised = 0 !< iterations with a stand-in for the stiffness that the law does not have (finshell_ground)
       real(wp) :: load_factor = 0
       real(wp) :: monitored = 0 !< the step's displacement or volume, 0 when it has none

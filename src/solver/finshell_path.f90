@@ -1,55 +1,48 @@
 !> Path following: from one equilibrium state to the next, increment by increment, until the step is done.
 !>
-!> Load, displacement and volume control and arc-length share one loop: an attempt prescribes one quantity (finshell_control),
-!> starts from the extrapolated path (finshell_predictor) and iterates (finshell_newton). An attempt that fails is cut; an
-!> attempt that passes a requested load level or monitored value is taken back and replaced by one that prescribes that value,
-!> so that it is met exactly.
+!> Load, displacement and volume control and arc-length share one loop: an attempt prescribes one quantity (finshell_tracker,
+!> finshell_control), starts from the extrapolated path (finshell_predictor) and iterates (finshell_newton). An attempt that fails,
+!> or leads elsewhere than along the path (finshell_caution), is cut; one that passes a requested load level or monitored value
+!> is taken back and replaced by one that prescribes that value, so that it is met exactly. Limit and bifurcation points are
+!> noticed (finshell_stability), located on request (finshell_locate), and branches followed on request.
 !> The state of the problem is always the last equilibrium state when `follow` returns, error or not.
 module finshell_path
-   use finshell_kinds, only: wp, dp, i4
-   use finshell_status, only: status_not_converged, status_invalid_argument
+   use finshell_kinds, only: wp, dp
+   use finshell_status, only: status_not_converged
    use finshell_error, only: error_t, raise, text_of
    use finshell_problem, only: problem_t
-   use finshell_state, only: state_t
-   use finshell_step, only: step_t, control_load, control_displacement, control_arc_length, control_volume, control_name, &
-      prescribes_monitored
-   use finshell_control, only: constraint_t, arc_norm
-   use finshell_newton, only: newton_result_t, solve_increment
+   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, control_name, prescribes_monitored
+   use finshell_control, only: arc_norm, control_vector
+   use finshell_newton, only: newton_result_t
    use finshell_predictor, only: history_t
-   use finshell_increment, only: next_size, toward, snapped, fraction_passed, cut_ratio
+   use finshell_increment, only: next_size, cut_ratio
    use finshell_observer, only: record_t, observer_t
    use finshell_targets, only: targets_t, new_targets
+   use finshell_tracker, only: tracker_t, attempt_t, monitored
+   use finshell_stability, only: stability_t, find_stability, event_between, no_event, bifurcation_point, limit_and_bifurcation
+   use finshell_locate, only: locate, location_t
+   use finshell_caution, only: objection, grip_of, grip_is_back
    implicit none
    private
    public :: path_t
 
-   !> What an increment prescribes.
-   type :: attempt_t
-      integer :: control = control_load
-      real(wp) :: size = 0 !< signed, in the measure of the control
-      logical :: landing = .false. !< a load level or displacement is to be met, in another measure than the step's
-      real(wp) :: prescribed = 0 !< the value that is prescribed, set by `try`
-      real(wp) :: interpolate = 0 !< > 0: start at this fraction of the increment that overshot
-   end type attempt_t
-
-   type :: path_t
+   type, extends(tracker_t) :: path_t
       integer :: increments = 0, iterations = 0, cuts = 0 !< since the path began
-      real(wp) :: mean_levels(2) = 0 !< force and moment level, mean over the converged increments
-      type(history_t) :: history
-      real(wp) :: size = 0 !< next increment of the step, magnitude; arc-length: 0 before the first
-      real(wp) :: load_weight = 0
-      real(wp) :: length_per_factor = 1 !< arc-length after its first increment: bounds are stated as load factors
       real(dp) :: started = -1
       type(record_t) :: last !< the last converged increment
-      real(wp), allocatable, private :: overshoot(:) !< the increment that passed a target
-      real(wp), private :: overshoot_change = 0
+      type(stability_t) :: stability !< of the last equilibrium state
+      integer, private :: bifurcations = 0 !< located in this step
+      real(wp), private :: grip = 0 !< of the control before arc-length stood in for it
+      real(wp), private :: nearest = huge(1.0_wp) !< to the end of the step so far
+      integer, private :: stalled = 0 !< increments since then
    contains
       procedure :: follow
       procedure, private :: bring_in_constants
       procedure, private :: advance
-      procedure, private :: plan
-      procedure, private :: try
+      procedure, private :: mark
+      procedure, private :: fall_back
       procedure, private :: settle
+      procedure, private :: adapt
    end type path_t
 
 contains
@@ -81,6 +74,11 @@ contains
       end if
       call new_targets(targets, step, problem%state%load_factor, monitored(problem, problem%state), error)
       if (allocated(error)) return
+      self%substitute = .false.
+      self%bifurcations = 0
+      self%nearest = huge(1.0_wp)
+      self%stalled = 0
+      if (allocated(self%branch)) deallocate (self%branch)
       if (continues(self%history, step, targets, problem%state%load_factor)) then
          self%history%monitored = 0
          self%size = self%history%length(1)
@@ -141,40 +139,49 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(attempt_t) :: attempt
       type(newton_result_t) :: result
-      integer :: done, cuts, iterations
-      logical :: no_landing, overshot
+      type(stability_t) :: after
+      type(record_t) :: record
+      type(location_t) :: place
+      character(len=:), allocatable :: complaint
+      integer :: done, cuts
+      logical :: no_landing, overshot, turning
 
       done = 0
       do while (.not. targets%reached())
          if (done >= step%maximum_increments) then
             call raise(error, status_not_converged, where_text(step, problem)//': the step is not finished after ' &
                //text_of(done)//' increments, the most that are allowed')
-            return
+         else if (step%patience > 0 .and. self%stalled >= step%patience) then
+            call raise(error, status_not_converged, where_text(step, problem)//': the path wanders: in '//text_of(self%stalled) &
+               //' increments it has not come nearer to the end of the step than before')
          end if
+         if (allocated(error)) return
          cuts = 0
-         iterations = 0
+         record = record_t()
          no_landing = .false.
          attempt = self%plan(problem, step, targets, no_landing)
          do
             call self%try(problem, step, targets, attempt, result)
-            iterations = iterations + result%iterations
-            self%iterations = self%iterations + result%iterations
+            record%iterations = record%iterations + result%iterations
+            turning = .false.
             if (result%converged) then
-               call look_back(self, problem, targets, attempt, overshot)
-               if (.not. overshot) exit
-               cycle
+               overshot = .false.
+               if (attempt%control /= control_vector) call self%look_back(problem, targets, attempt, overshot)
+               if (overshot) cycle
+               call find_stability(problem, result, self%increments == 0, self%stability, after, record%iterations)
+               call objection(self%tracker_t, problem, step, attempt, self%stability, after, complaint, turning)
+               if (complaint == '') call self%mark(problem, step, targets, attempt, after, result, record, place, cuts, complaint)
+               if (complaint == '') exit
+               result%converged = .false.
+               result%code = status_not_converged
+               result%reason = complaint
             end if
             call problem%restore()
             cuts = cuts + 1
-            self%cuts = self%cuts + 1
-            if (attempt%landing) then
-               ! The value to land on lies beyond a limit point, or far: come nearer first.
-               no_landing = .true.
-               self%size = 0.5_wp*self%size
-            else
-               self%size = cut_ratio*abs(attempt%size)
-            end if
+            call self%fall_back(problem, step, targets, attempt, cuts, turning, no_landing)
             if (cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor) then
+               self%iterations = self%iterations + record%iterations
+               self%cuts = self%cuts + cuts
                call raise(error, result%code, where_text(step, problem)//': the next increment failed '//trim(merge( &
                   'too often                           ', 'and would be smaller than allowed   ', cuts > step%maximum_cuts)) &
                   //' ('//text_of(cuts) &
@@ -184,159 +191,101 @@ contains
             end if
             attempt = self%plan(problem, step, targets, no_landing)
          end do
-         call self%settle(problem, step, targets, attempt, result, cuts, iterations)
+
+         record%cuts = cuts
+         call self%settle(problem, step, targets, attempt, result, record)
+         self%stability = after
+         if (record%located) call leave_path(self, problem, step, record%event, place)
          done = done + 1
          call observer%increment(problem%state, self%last, error)
          if (allocated(error)) return
       end do
    end subroutine advance
 
-   !> Choose what the next increment prescribes.
-   function plan(self, problem, step, targets, no_landing) result(attempt)
-      class(path_t), intent(in) :: self
+   !> Note in the record what the increment passed; locate it on request. A point that cannot be located speaks against the
+   !> increment, as it is easier to find in a shorter one, but not for ever.
+   subroutine mark(self, problem, step, targets, attempt, after, result, record, place, cuts, complaint)
+      class(path_t), intent(inout) :: self
+      class(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(targets_t), intent(in) :: targets
+      type(attempt_t), intent(inout) :: attempt
+      type(stability_t), intent(inout) :: after
+      type(newton_result_t), intent(inout) :: result
+      type(record_t), intent(inout) :: record
+      type(location_t), intent(out) :: place
+      integer, intent(in) :: cuts
+      character(len=:), allocatable, intent(inout) :: complaint
+
+      record%negative_pivots = after%negative_pivots
+      ! The first state of a branch does not lie beyond the point on the path that is left.
+      if (attempt%control == control_vector) after%known = .false.
+      record%event = event_between(self%stability, after)
+      if (record%event == no_event .or. .not. step%locate) return
+      call locate(self%tracker_t, problem, step, targets, record%event, self%stability, attempt, result, place)
+      record%iterations = record%iterations + place%solves
+      record%located = place%found
+      record%load_cosine = place%cosine
+      if (place%found) record%negative_pivots = problem%negative_pivots
+      if (.not. place%found .and. cuts < min(2, step%maximum_cuts)) complaint = 'a critical point could not be located'
+   end subroutine mark
+
+   !> After a failed attempt: the next size, or another control.
+   subroutine fall_back(self, problem, step, targets, attempt, cuts, turning, no_landing)
+      class(path_t), intent(inout) :: self
       class(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(targets_t), intent(in) :: targets
-      logical, intent(in) :: no_landing
-      type(attempt_t) :: attempt
-      real(wp), allocatable :: x(:)
-      real(wp) :: change, size
-      logical :: known
+      type(attempt_t), intent(in) :: attempt
+      integer, intent(inout) :: cuts
+      logical, intent(in) :: turning
+      logical, intent(inout) :: no_landing
+      logical :: can_switch
 
-      size = self%size
-      if (targets%largest_size > 0) size = min(size, targets%largest_size*self%length_per_factor)
-      attempt%control = step%control
-      select case (step%control)
-      case (control_displacement, control_volume)
-         attempt%size = toward(size, monitored(problem, problem%state), targets%next_value())
-      case (control_arc_length)
-         attempt%size = size
-         if (self%history%count == 0) then
-            attempt%control = control_load
-            attempt%size = targets%sense*size
-            if (targets%has_level()) attempt%size = toward(size, problem%factor(), targets%next_level())
-            return
-         end if
-      case default
-         attempt%size = toward(size, problem%factor(), targets%next_level())
-         return
-      end select
-      if (no_landing .or. .not. targets%has_level()) return
-
-      ! Would the extrapolated path arrive at the next load level? Then prescribe the level.
-      allocate (x(problem%n))
-      call self%history%predict(attempt%control, attempt%size, x, change, known)
-      if (.not. known) return
-      if ((targets%next_level() - problem%factor())*change <= 0) return
-      if (abs(change) < 0.85_wp*abs(targets%next_level() - problem%factor())) return
-      attempt%control = control_load
-      attempt%size = targets%next_level() - problem%factor()
-      attempt%landing = .true.
-   end function plan
-
-   !> Predict, constrain, iterate.
-   subroutine try(self, problem, step, targets, attempt, result)
-      class(path_t), intent(inout) :: self
-      class(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(targets_t), intent(in) :: targets
-      type(attempt_t), intent(inout) :: attempt
-      type(newton_result_t), intent(out) :: result
-      type(constraint_t) :: constraint
-      real(wp), allocatable :: x(:)
-      real(wp) :: change, scale, length, angle
-      logical :: known
-
-      allocate (x(problem%n))
-      problem%mixed = step%convergence%mixed
-      constraint%control = attempt%control
-      constraint%load_weight = self%load_weight
-      constraint%sense = sign(1.0_wp, attempt%size)
-      constraint%target = attempt%size
-      if (attempt%control == control_load) then
-         constraint%target = problem%base_factor() + attempt%size
-         if (targets%has_level()) constraint%target = snapped(constraint%target, targets%next_level(), attempt%size)
-      else if (prescribes_monitored(attempt%control)) then
-         constraint%target = monitored(problem, problem%base) + attempt%size
-         if (targets%has_value()) constraint%target = snapped(constraint%target, targets%next_value(), attempt%size)
-      end if
-
-      attempt%prescribed = constraint%target
-
-      known = .false.
-      if (attempt%interpolate > 0) then
-         x = attempt%interpolate*self%overshoot
-         change = attempt%interpolate*self%overshoot_change
-         known = .true.
-      else if (step%extrapolate) then
-         call self%history%predict(attempt%control, attempt%size, x, change, known)
-      end if
-      if (known) then
-         if (attempt%control == control_load) change = attempt%size
-         scale = 1
-         if (attempt%control == control_arc_length) then
-            length = arc_norm(x, problem%field, change, self%load_weight)
-            if (length > 0) scale = attempt%size/length
-         end if
-         angle = scale*problem%largest_rotation(x, change)
-         if (step%convergence%rotation_limit > 0 .and. angle > step%convergence%rotation_limit) &
-            scale = scale*step%convergence%rotation_limit/angle
-         call problem%move(scale*x, scale*change)
-      else if (attempt%control == control_arc_length) then
-         constraint%previous = self%history%vector(:, 1)
-         constraint%previous_change = self%history%factor(1)
-      end if
-      call solve_increment(problem, constraint, step%convergence, self%mean_levels, result)
-      if (result%converged .and. attempt%control == control_load) call problem%set_factor(constraint%target)
-   end subroutine try
-
-   !> After convergence: has a level or a monitored value been passed? Then go back and prescribe it.
-   subroutine look_back(self, problem, targets, attempt, overshot)
-      class(path_t), intent(inout) :: self
-      class(problem_t), intent(inout) :: problem
-      type(targets_t), intent(in) :: targets
-      type(attempt_t), intent(inout) :: attempt
-      logical, intent(out) :: overshot
-      real(wp) :: factor, value, old_factor, old_value, level_part, value_part
-
-      factor = problem%factor()
-      value = monitored(problem, problem%state)
-      old_factor = problem%base_factor()
-      old_value = monitored(problem, problem%base)
-      level_part = 2
-      value_part = 2
-      if (targets%has_level() .and. attempt%control /= control_load) &
-         level_part = fraction_passed(old_factor, factor, targets%next_level())
-      if (targets%has_value() .and. .not. prescribes_monitored(attempt%control)) &
-         value_part = fraction_passed(old_value, value, targets%next_value())
-      overshot = min(level_part, value_part) < 1
-      if (.not. overshot) return
-      if (.not. allocated(self%overshoot)) allocate (self%overshoot(problem%n))
-      call problem%increment(self%overshoot)
-      self%overshoot_change = factor - old_factor
-      call problem%restore()
-      attempt%landing = .true.
-      attempt%interpolate = min(level_part, value_part)
-      if (level_part <= value_part) then
-         attempt%control = control_load
-         attempt%size = targets%next_level() - old_factor
+      can_switch = step%switch_control .and. prescribes_monitored(attempt%control) .and. prescribes_monitored(step%control) &
+         .and. .not. self%substitute .and. self%history%count > 0 .and. .not. problem%constant_phase
+      if (can_switch) can_switch = self%history%length(1) > 0 .and. grip_of(self%tracker_t) > 0
+      if (can_switch .and. (turning .or. cuts >= 2)) then
+         self%substitute = .true.
+         self%grip = grip_of(self%tracker_t)
+         self%size = min(self%history%length(1), abs(attempt%size)/self%grip)
+         self%length_per_factor = 1/self%grip
+      else if (attempt%landing) then
+         ! The value to land on lies beyond a limit point, or far: come nearer first.
+         no_landing = .true.
+         self%size = 0.5_wp*self%size
       else
-         attempt%control = merge(control_volume, control_displacement, targets%of_volume)
-         attempt%size = targets%next_value() - old_value
+         self%size = cut_ratio*abs(attempt%size)
       end if
-   end subroutine look_back
+   end subroutine fall_back
+
+   !> At a located bifurcation point: if it is the one where the step asks for it, the next increment goes along the null vector.
+   subroutine leave_path(self, problem, step, event, place)
+      class(path_t), intent(inout) :: self
+      class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      integer, intent(in) :: event
+      type(location_t), intent(in) :: place
+      if (event /= bifurcation_point .and. event /= limit_and_bifurcation) return
+      self%bifurcations = self%bifurcations + 1
+      if (self%bifurcations /= step%switch_branch) return
+      self%branch = place%vector
+      self%size = abs(step%branch_amplitude)
+      if (.not. self%size > 0) self%size = 0.01_wp*problem%size
+      call self%history%forget()
+   end subroutine leave_path
 
    !> Accept the new state; remember it; choose the next size; fill the record.
-   subroutine settle(self, problem, step, targets, attempt, result, cuts, iterations)
+   subroutine settle(self, problem, step, targets, attempt, result, record)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(targets_t), intent(inout) :: targets
       type(attempt_t), intent(in) :: attempt
       type(newton_result_t), intent(in) :: result
-      integer, intent(in) :: cuts, iterations
+      type(record_t), intent(in) :: record !< iterations, cuts and event of the increment
       real(wp), allocatable :: x(:)
-      real(wp) :: change, moved, length, reached
+      real(wp) :: change, moved, length, reached, distance
       real(dp) :: now
       logical :: first
 
@@ -344,18 +293,11 @@ contains
       call problem%increment(x)
       change = problem%factor() - problem%base_factor()
       moved = monitored(problem, problem%state) - monitored(problem, problem%base)
-      first = self%history%count == 0
+      first = self%history%count == 0 .and. attempt%control == control_load
       if (step%control == control_arc_length .and. first .and. step%load_scale > 0 .and. abs(change) > 0) &
          self%load_weight = (step%load_scale*arc_norm(x, problem%field, 0.0_wp, 0.0_wp)/change)**2
       length = arc_norm(x, problem%field, change, self%load_weight)
       call self%history%remember(x, change, moved, length)
-
-      if (step%control == control_arc_length .and. first) then
-         if (abs(change) > 0) self%length_per_factor = length/abs(change)
-         self%size = next_size(length, result%iterations, cuts, step)
-      else if (.not. attempt%landing) then
-         self%size = next_size(max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0)), result%iterations, cuts, step)
-      end if
 
       problem%state%increment = problem%state%increment + 1
       call problem%accept()
@@ -363,24 +305,61 @@ contains
       ! A volume is met as closely as the iteration has converged.
       if (attempt%control == control_volume) reached = attempt%prescribed
       call targets%pass(problem%factor(), reached)
+      call self%adapt(step, targets, attempt, result, record%cuts, first, length, change, reached)
+
       self%increments = self%increments + 1
+      self%iterations = self%iterations + record%iterations
+      self%cuts = self%cuts + record%cuts
       self%mean_levels = self%mean_levels + ([problem%force_level, problem%moment_level] - self%mean_levels)/self%increments
+      distance = targets%distance(problem%factor(), reached)
+      self%stalled = self%stalled + 1
+      if (distance < self%nearest) self%stalled = 0
+      self%nearest = min(self%nearest, distance)
       call cpu_time(now)
-      self%last = record_t(increment=problem%state%increment, control=attempt%control, iterations=iterations, cuts=cuts, &
-         negative_pivots=problem%negative_pivots, regularised=result%regularised, load_factor=problem%state%load_factor, &
-         monitored=monitored(problem, problem%state), size=attempt%size, residual=result%residual, &
-         correction=result%correction, cpu_time=now - self%started, &
-         total_increments=self%increments, total_iterations=self%iterations, total_cuts=self%cuts)
+      self%last = record
+      self%last%increment = problem%state%increment
+      self%last%control = attempt%control
+      self%last%regularised = result%regularised
+      self%last%load_factor = problem%state%load_factor
+      self%last%monitored = monitored(problem, problem%state)
+      self%last%size = attempt%size
+      self%last%residual = result%residual
+      self%last%correction = result%correction
+      self%last%cpu_time = now - self%started
+      self%last%total_increments = self%increments
+      self%last%total_iterations = self%iterations
+      self%last%total_cuts = self%cuts
    end subroutine settle
 
-   !> Monitored displacement or volume at a state of the problem; 0 when none is watched.
-   function monitored(problem, state) result(value)
-      class(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      real(wp) :: value
-      value = 0
-      if (allocated(problem%watched)) value = problem%monitored(state)
-   end function monitored
+   !> The size of the next increment, and whether the control of the step takes over again.
+   subroutine adapt(self, step, targets, attempt, result, cuts, first, length, change, value)
+      class(path_t), intent(inout) :: self
+      type(step_t), intent(in) :: step
+      type(targets_t), intent(in) :: targets
+      type(attempt_t), intent(in) :: attempt
+      type(newton_result_t), intent(in) :: result
+      integer, intent(in) :: cuts
+      logical, intent(in) :: first
+      real(wp), intent(in) :: length, change !< of the increment
+      real(wp), intent(in) :: value !< of the monitored quantity
+
+      if (attempt%control == control_vector) then
+         deallocate (self%branch)
+         self%size = length
+         if (step%control == control_load) self%size = targets%first_size
+         if (prescribes_monitored(step%control)) self%size = max(abs(self%history%monitored(1)), targets%smallest_size)
+      else if (step%control == control_arc_length .and. first) then
+         if (abs(change) > 0) self%length_per_factor = length/abs(change)
+         self%size = next_size(length, result%iterations, cuts, step)
+      else if (.not. attempt%landing) then
+         self%size = next_size(max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0)), result%iterations, cuts, step)
+      end if
+      if (.not. self%substitute .or. .not. targets%has_value()) return
+      if (.not. grip_is_back(self%tracker_t, self%grip, targets%next_value() - value)) return
+      self%substitute = .false.
+      self%length_per_factor = 1
+      self%size = abs(self%history%monitored(1))
+   end subroutine adapt
 
    function where_text(step, problem) result(text)
       type(step_t), intent(in) :: step

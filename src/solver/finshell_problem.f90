@@ -35,6 +35,7 @@ module finshell_problem
       real(wp) :: moment_level = 0 !< of the moments likewise
       ! Left by `factorise`:
       integer :: negative_pivots = -1 !< -1: not known
+      integer :: determinant_sign = 0 !< 0: not known
 
       ! Left by `watch`; where a volume is monitored, also by `evaluate` with tangent.
       real(wp), allocatable :: watched(:) !< (n) its derivative with respect to the unknowns

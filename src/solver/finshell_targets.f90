@@ -17,7 +17,7 @@ module finshell_targets
       real(wp) :: first_size = 0, largest_size = 0, smallest_size = 0 !< magnitudes, in the measure of the control
       real(wp) :: sense = 1 !< of the load factor in the first increment
    contains
-      procedure :: has_level, has_value, next_level, next_value, pass, reached
+      procedure :: has_level, has_value, next_level, next_value, pass, reached, distance
    end type targets_t
 
    real(wp), parameter :: rounding = 1.0e-10_wp !< relative to the way of the step
@@ -130,6 +130,17 @@ contains
          self%at_value = self%at_value + 1
       end do
    end subroutine pass
+
+   !> From a load factor and a monitored value to the end of the step, as part of the levels and values to pass; the nearer counts.
+   pure function distance(self, factor, monitored) result(part)
+      class(targets_t), intent(in) :: self
+      real(wp), intent(in) :: factor, monitored
+      real(wp) :: part
+      part = huge(part)
+      if (self%has_level()) part = abs(factor - self%level(size(self%level)))/max(maxval(abs(self%level)), tiny(part))
+      if (self%has_value()) &
+         part = min(part, abs(monitored - self%value(size(self%value)))/max(maxval(abs(self%value)), tiny(part)))
+   end function distance
 
    !> Is the step done?
    pure function reached(self) result(yes)

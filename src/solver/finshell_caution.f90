@@ -1,0 +1,84 @@
+!> Second thoughts about a converged increment: is it the continuation of the path, or has the iteration gone elsewhere?
+module finshell_caution
+   use finshell_kinds, only: wp
+   use finshell_error, only: text_of
+   use finshell_problem, only: problem_t
+   use finshell_step, only: step_t, control_arc_length, prescribes_monitored
+   use finshell_control, only: arc_norm, arc_product
+   use finshell_stability, only: stability_t, hidden_pair
+   use finshell_tracker, only: tracker_t, attempt_t, monitored
+   implicit none
+   private
+   public :: objection, grip_of, grip_is_back
+
+   !> Cosine between an increment and the one before: below the first the path has turned back, which a path does not do in
+   !> one increment that is short enough; below the second it is too sharp a bend for a cautious step.
+   real(wp), parameter :: reversal = -0.5_wp, sharp_bend = 0.5_wp
+   !> The grip of a control is the change of its quantity per length of the increment. Where it falls below this part of what it
+   !> was, the quantity is about to turn round, or the structure has jumped across such a turn.
+   real(wp), parameter :: grip_lost = 0.4_wp, grip_regained = 0.6_wp
+   real(wp), parameter :: surprise = 3.0_wp !< ratio of an increment to its prediction that a cautious step refuses
+
+contains
+
+   !> What speaks against an increment; empty when nothing does. `turning`: the controlled quantity loses its grip.
+   subroutine objection(tracker, problem, step, attempt, before, after, text, turning)
+      class(tracker_t), intent(in) :: tracker
+      class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(attempt_t), intent(in) :: attempt
+      type(stability_t), intent(in) :: before, after
+      character(len=:), allocatable, intent(out) :: text
+      logical, intent(out) :: turning
+      real(wp), allocatable :: x(:)
+      real(wp) :: length, cosine, old
+
+      text = ''
+      turning = .false.
+      if (tracker%history%count == 0 .or. allocated(tracker%branch)) return
+      allocate (x(problem%n))
+      call problem%increment(x)
+      length = arc_norm(x, problem%field, 0.0_wp, 0.0_wp)
+      old = arc_norm(tracker%history%vector(:, 1), problem%field, 0.0_wp, 0.0_wp)
+      if (.not. (length > 0 .and. old > 0)) return
+      cosine = arc_product(x, tracker%history%vector(:, 1), problem%field)/(length*old)
+      if (attempt%control == control_arc_length .and. cosine < reversal) then
+         text = 'the increment would turn back on the path'
+      else if (prescribes_monitored(attempt%control) .and. step%switch_control .and. .not. attempt%landing) then
+         turning = abs(monitored(problem, problem%state) - monitored(problem, problem%base)) &
+            < grip_lost*grip_of(tracker)*arc_norm(x, problem%field, 0.0_wp, 0.0_wp)
+         if (turning) text = 'the prescribed quantity hardly moves along the path: it may turn round'
+      end if
+      if (text == '' .and. (step%cautious .or. step%locate) .and. hidden_pair(before, after)) &
+         text = 'the load factor would pass two limit points in one increment'
+      if (text /= '' .or. .not. step%cautious) return
+      if (cosine < sharp_bend) then
+         text = 'the path would bend sharply (cosine '//text_of(real(cosine, kind(1.0d0)))//' to the increment before)'
+      else if (min(before%negative_pivots, after%negative_pivots) >= 0 &
+               .and. abs(before%negative_pivots - after%negative_pivots) > 1) then
+         text = 'the number of negative pivots would jump from '//text_of(before%negative_pivots)//' to ' &
+            //text_of(after%negative_pivots)
+      else if (attempt%predicted > 0 .and. max(length, attempt%predicted) > surprise*min(length, attempt%predicted)) then
+         text = 'the increment is far from its prediction'
+      end if
+   end subroutine objection
+
+   !> Change of the monitored quantity per length in the last increment.
+   pure function grip_of(tracker) result(grip)
+      class(tracker_t), intent(in) :: tracker
+      real(wp) :: grip
+      grip = 0
+      if (tracker%history%count == 0) return
+      if (tracker%history%length(1) > 0) grip = abs(tracker%history%monitored(1))/tracker%history%length(1)
+   end function grip_of
+
+   !> Does the monitored quantity move towards its target again, as clearly as it did before it turned?
+   pure function grip_is_back(tracker, grip, way) result(yes)
+      class(tracker_t), intent(in) :: tracker
+      real(wp), intent(in) :: grip !< before it turned
+      real(wp), intent(in) :: way !< from the present value to the target
+      logical :: yes
+      yes = tracker%history%count >= 2
+      if (yes) yes = all(tracker%history%monitored*way > 0) .and. grip_of(tracker) >= grip_regained*grip
+   end function grip_is_back
+end module finshell_caution

@@ -1,0 +1,205 @@
+!> Where a path stands and how the next equilibrium state is tried: what an attempt prescribes, from where it starts, and whether
+!> it passed something that was to be met. finshell_path decides what to make of the result.
+module finshell_tracker
+   use finshell_kinds, only: wp
+   use finshell_problem, only: problem_t
+   use finshell_state, only: state_t
+   use finshell_step, only: step_t, control_load, control_displacement, control_arc_length, control_volume, prescribes_monitored
+   use finshell_control, only: constraint_t, control_vector, arc_norm
+   use finshell_newton, only: newton_result_t, solve_increment
+   use finshell_predictor, only: history_t
+   use finshell_increment, only: toward, snapped, fraction_passed
+   use finshell_targets, only: targets_t
+   implicit none
+   private
+   public :: tracker_t, attempt_t, monitored
+
+   !> What an increment prescribes.
+   type :: attempt_t
+      integer :: control = control_load
+      real(wp) :: size = 0 !< signed, in the measure of the control
+      logical :: landing = .false. !< a load level or monitored value is to be met, in another measure than the step's
+      real(wp) :: prescribed = 0 !< the value that is prescribed, set by `try`
+      real(wp) :: interpolate = 0 !< > 0: start at this fraction of the increment that overshot
+      real(wp) :: predicted = 0 !< length of the predicted increment, 0 without a prediction; set by `try`
+   end type attempt_t
+
+   type :: tracker_t
+      real(wp) :: mean_levels(2) = 0 !< force and moment level, mean over the converged increments
+      type(history_t) :: history
+      real(wp) :: size = 0 !< next increment of the step, magnitude; arc-length: 0 before the first
+      real(wp) :: load_weight = 0
+      real(wp) :: length_per_factor = 1 !< arc-length after its first increment: bounds are stated as load factors
+      logical :: substitute = .false. !< arc-length stands in for a control whose quantity turns round
+      real(wp), allocatable :: branch(:) !< the next increment leaves the path along this vector
+      real(wp), allocatable :: overshoot(:) !< an increment that is to be interpolated
+      real(wp) :: overshoot_change = 0
+   contains
+      procedure :: plan
+      procedure :: try
+      procedure :: look_back
+      procedure :: keep_increment
+   end type tracker_t
+
+contains
+
+   !> Choose what the next increment prescribes.
+   function plan(self, problem, step, targets, no_landing) result(attempt)
+      class(tracker_t), intent(in) :: self
+      class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(targets_t), intent(in) :: targets
+      logical, intent(in) :: no_landing
+      type(attempt_t) :: attempt
+      real(wp), allocatable :: x(:)
+      real(wp) :: change, size
+      logical :: known
+
+      size = self%size
+      if (allocated(self%branch)) then
+         attempt%control = control_vector
+         attempt%size = sign(size, step%branch_amplitude)
+         return
+      end if
+      if (targets%largest_size > 0) size = min(size, targets%largest_size*self%length_per_factor)
+      attempt%control = merge(control_arc_length, step%control, self%substitute)
+      select case (attempt%control)
+      case (control_displacement, control_volume)
+         attempt%size = toward(size, monitored(problem, problem%state), targets%next_value())
+      case (control_arc_length)
+         attempt%size = size
+         if (self%history%count == 0) then
+            attempt%control = control_load
+            attempt%size = targets%sense*size
+            if (targets%has_level()) attempt%size = toward(size, problem%factor(), targets%next_level())
+            return
+         end if
+      case default
+         attempt%size = toward(size, problem%factor(), targets%next_level())
+         return
+      end select
+      if (no_landing .or. .not. targets%has_level()) return
+
+      ! Would the extrapolated path arrive at the next load level? Then prescribe the level.
+      allocate (x(problem%n))
+      call self%history%predict(attempt%control, attempt%size, x, change, known)
+      if (.not. known) return
+      if ((targets%next_level() - problem%factor())*change <= 0) return
+      if (abs(change) < 0.85_wp*abs(targets%next_level() - problem%factor())) return
+      attempt%control = control_load
+      attempt%size = targets%next_level() - problem%factor()
+      attempt%landing = .true.
+   end function plan
+
+   !> Predict, constrain, iterate.
+   subroutine try(self, problem, step, targets, attempt, result)
+      class(tracker_t), intent(inout) :: self
+      class(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(targets_t), intent(in) :: targets
+      type(attempt_t), intent(inout) :: attempt
+      type(newton_result_t), intent(out) :: result
+      type(constraint_t) :: constraint
+      real(wp), allocatable :: x(:)
+      real(wp) :: change, scale, length, angle
+      logical :: known
+
+      allocate (x(problem%n))
+      problem%mixed = step%convergence%mixed
+      constraint%control = attempt%control
+      constraint%load_weight = self%load_weight
+      constraint%sense = sign(1.0_wp, attempt%size)
+      constraint%target = attempt%size
+      if (attempt%control == control_load) then
+         constraint%target = problem%base_factor() + attempt%size
+         if (targets%has_level()) constraint%target = snapped(constraint%target, targets%next_level(), attempt%size)
+      else if (prescribes_monitored(attempt%control)) then
+         constraint%target = monitored(problem, problem%base) + attempt%size
+         if (targets%has_value()) constraint%target = snapped(constraint%target, targets%next_value(), attempt%size)
+      end if
+      attempt%prescribed = constraint%target
+      attempt%predicted = 0
+
+      known = .false.
+      if (attempt%control == control_vector) then
+         constraint%vector = self%branch
+         x = attempt%size*self%branch
+         change = 0
+         known = .true.
+      else if (attempt%interpolate > 0) then
+         x = attempt%interpolate*self%overshoot
+         change = attempt%interpolate*self%overshoot_change
+         known = .true.
+      else if (step%extrapolate) then
+         call self%history%predict(attempt%control, attempt%size, x, change, known)
+      end if
+      if (known) then
+         if (attempt%control == control_load) change = attempt%size
+         length = arc_norm(x, problem%field, change, self%load_weight)
+         scale = 1
+         if (attempt%control == control_arc_length .and. length > 0) scale = attempt%size/length
+         angle = scale*problem%largest_rotation(x, change)
+         if (step%convergence%rotation_limit > 0 .and. angle > step%convergence%rotation_limit) &
+            scale = scale*step%convergence%rotation_limit/angle
+         attempt%predicted = scale*length
+         call problem%move(scale*x, scale*change)
+      else if (attempt%control == control_arc_length) then
+         constraint%previous = self%history%vector(:, 1)
+         constraint%previous_change = self%history%factor(1)
+      end if
+      call solve_increment(problem, constraint, step%convergence, self%mean_levels, result)
+      if (result%converged .and. attempt%control == control_load) call problem%set_factor(constraint%target)
+   end subroutine try
+
+   !> After convergence: has a level or a monitored value been passed? Then go back and prescribe it.
+   subroutine look_back(self, problem, targets, attempt, overshot)
+      class(tracker_t), intent(inout) :: self
+      class(problem_t), intent(inout) :: problem
+      type(targets_t), intent(in) :: targets
+      type(attempt_t), intent(inout) :: attempt
+      logical, intent(out) :: overshot
+      real(wp) :: factor, value, old_factor, old_value, level_part, value_part
+
+      factor = problem%factor()
+      value = monitored(problem, problem%state)
+      old_factor = problem%base_factor()
+      old_value = monitored(problem, problem%base)
+      level_part = 2
+      value_part = 2
+      if (targets%has_level() .and. attempt%control /= control_load) &
+         level_part = fraction_passed(old_factor, factor, targets%next_level())
+      if (targets%has_value() .and. .not. prescribes_monitored(attempt%control)) &
+         value_part = fraction_passed(old_value, value, targets%next_value())
+      overshot = min(level_part, value_part) < 1
+      if (.not. overshot) return
+      call self%keep_increment(problem)
+      call problem%restore()
+      attempt%landing = .true.
+      attempt%interpolate = min(level_part, value_part)
+      if (level_part <= value_part) then
+         attempt%control = control_load
+         attempt%size = targets%next_level() - old_factor
+      else
+         attempt%control = merge(control_volume, control_displacement, targets%of_volume)
+         attempt%size = targets%next_value() - old_value
+      end if
+   end subroutine look_back
+
+   !> Remember the increment that has just converged, to interpolate in it.
+   subroutine keep_increment(self, problem)
+      class(tracker_t), intent(inout) :: self
+      class(problem_t), intent(in) :: problem
+      if (.not. allocated(self%overshoot)) allocate (self%overshoot(problem%n))
+      call problem%increment(self%overshoot)
+      self%overshoot_change = problem%factor() - problem%base_factor()
+   end subroutine keep_increment
+
+   !> Monitored displacement or volume at a state of the problem; 0 when none is watched.
+   function monitored(problem, state) result(value)
+      class(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: value
+      value = 0
+      if (allocated(problem%watched)) value = problem%monitored(state)
+   end function monitored
+end module finshell_tracker
