@@ -52,8 +52,7 @@ contains
    function create_layered(layers, layer, options, option_names, option_values, section, status) result(code) &
       bind(c, name='finshell_section_create_layered')
       integer(c_int32_t), value :: layers, options
-      type(c_layer_t), intent(in), optional :: layer(layers)
-      type(c_ptr), value :: option_names, option_values
+      type(c_ptr), value :: layer, option_names, option_values
       type(c_ptr), intent(out), optional :: section
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
@@ -88,22 +87,23 @@ contains
 
    function many_layers(layers, layer, options, option_names, option_values, section, status) result(code)
       integer(c_int32_t), intent(in) :: layers, options
-      type(c_layer_t), intent(in), optional :: layer(layers)
-      type(c_ptr), intent(in) :: option_names, option_values
+      type(c_ptr), intent(in) :: layer, option_names, option_values
       type(c_ptr), intent(out), optional :: section
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_section_create_layered'
+      type(c_layer_t), pointer :: given(:)
       type(ply_t), allocatable :: plies(:)
       type(options_t) :: chosen
       type(error_t), allocatable :: error
       integer :: i, memory
 
       if (present(section)) section = c_null_ptr
-      if (layers < 1 .or. .not. present(layer)) then
+      if (layers < 1 .or. .not. c_associated(layer)) then
          code = refuse(status, place, 'at least one layer is expected; layers is '//text_of(layers))
          return
       end if
+      call c_f_pointer(layer, given, [layers])
       allocate (plies(layers), stat=memory)
       if (memory /= 0) then
          code = refuse_memory(status, place)
@@ -112,11 +112,11 @@ contains
       call read_options(options, option_names, option_values, chosen, error)
       do i = 1, layers
          if (allocated(error)) exit
-         plies(i)%thickness = layer(i)%thickness
-         plies(i)%angle = layer(i)%angle
-         plies(i)%density = layer(i)%density
-         if (layer(i)%points /= 0) plies(i)%points = layer(i)%points
-         call read_material(layer(i)%material, layer(i)%parameters, layer(i)%names, layer(i)%values, plies(i), error)
+         plies(i)%thickness = given(i)%thickness
+         plies(i)%angle = given(i)%angle
+         plies(i)%density = given(i)%density
+         if (given(i)%points /= 0) plies(i)%points = given(i)%points
+         call read_material(given(i)%material, given(i)%parameters, given(i)%names, given(i)%values, plies(i), error)
          if (allocated(error)) error%message = 'layer '//text_of(i)//': '//error%message
       end do
       if (allocated(error)) then

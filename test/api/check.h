@@ -33,11 +33,25 @@ static inline void check_close(double a, double b, double tolerance, const char 
    fprintf(report, "line %d: %s: %.16g, %.16g\n", line, text, a, b);
 }
 
+/* What was printed, when something else than `finish` ends the program. */
+static int finished = 0;
+
+static inline void show_caught(void)
+{
+   char text[400] = "";
+   if (finished) return;
+   fflush(stdout);
+   rewind(caught);
+   if (fread(text, 1, sizeof text - 1, caught) > 0) fprintf(report, "ended after printing: %s\n", text);
+   fflush(report);
+}
+
 /* From here on, what anything prints lands in a file. */
 static inline void silence(void)
 {
    report = fdopen(dup(1), "w");
    caught = tmpfile();
+   atexit(show_caught);
    if (!report || !caught || dup2(fileno(caught), 1) < 0 || dup2(fileno(caught), 2) < 0) abort();
 }
 
@@ -53,6 +67,7 @@ static inline int finish(void)
    if (printed) fprintf(report, "printed: %s\n", text);
    fprintf(report, "%d checks, %d failures\n", checks, failures);
    fflush(report);
+   finished = 1;
    return failures > 0;
 }
 

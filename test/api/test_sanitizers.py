@@ -6,6 +6,7 @@ The library is built anew for each (kept in the build folder, so the second run 
 """
 import glob
 import os
+import pathlib
 import re
 import shutil
 import sys
@@ -52,12 +53,20 @@ class Clean(unittest.TestCase):
     def run_all(self, folder, *before, programs=PROGRAMS, **environment):
         for program, arguments in programs:
             with self.subTest(program=program):
-                output = installed.run(*before, os.path.join(folder, program), *arguments, env=dict(os.environ, **environment))
+                for old in glob.glob(os.path.join(folder, "log.*")):
+                    os.remove(old)
+                # the programs catch what is printed on the standard streams
+                try:
+                    output = installed.run(*before, os.path.join(folder, program), *arguments, env=dict(os.environ, **environment))
+                except AssertionError as e:
+                    logs = "".join(pathlib.Path(log).read_text(errors="replace") for log in glob.glob(os.path.join(folder, "log.*")))
+                    raise AssertionError(f"{e}\n{logs[:5000]}") from None
                 self.assertIn(" 0 failures", output)
 
     def test_sanitizers(self):
         folder = build("sanitizers", "-g -O1 -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all")
-        self.run_all(folder, UBSAN_OPTIONS="print_stacktrace=1", ASAN_OPTIONS="detect_leaks=1:detect_stack_use_after_return=1")
+        self.run_all(folder, UBSAN_OPTIONS=f"print_stacktrace=1:log_path={folder}/log",
+                     ASAN_OPTIONS=f"detect_leaks=1:detect_stack_use_after_return=1:log_path={folder}/log")
 
     def test_thread_sanitizer(self):
         # The sanitizer does not see that critical regions of OpenMP exclude one another: what stands in them is suppressed.
@@ -65,14 +74,14 @@ class Clean(unittest.TestCase):
         suppressed = os.path.join(folder, "critical.txt")
         with open(suppressed, "w", encoding="utf-8") as f:
             f.writelines(f"race:^{name}$\n" for name in critical_procedures())
-        self.run_all(folder, programs=(("test_capi_batch", ("0",)),), TSAN_OPTIONS=f"exitcode=9:suppressions={suppressed}",
+        self.run_all(folder, programs=(("test_capi_batch", ("0",)),), TSAN_OPTIONS=f"exitcode=9:suppressions={suppressed}:log_path={folder}/log",
                      OMP_NUM_THREADS="1")
 
     @unittest.skipUnless(shutil.which("valgrind"), "valgrind is not installed")
     def test_memcheck(self):
         folder = build("memcheck", "-g -O1")
         self.run_all(folder, "valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full",
-                     "--errors-for-leak-kinds=definite,indirect", "--fair-sched=yes")
+                     "--errors-for-leak-kinds=definite,indirect", "--fair-sched=yes", f"--log-file={folder}/log.%p")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,1 @@
+/work/main/api/binding/finshell_capi_element.f90:

@@ -1,0 +1,1 @@
+/work/main/src/base/finshell_status.f90:

@@ -1,0 +1,1 @@
+/work/main/src/batch/finshell_batch.f90:

@@ -1,0 +1,1 @@
+/work/main/src/element/finshell_bending.f90:

@@ -1,0 +1,1 @@
+/work/main/src/material/finshell_compressible_neo_hookean.f90:

@@ -1,0 +1,1 @@
+/work/main/src/material/finshell_holzapfel_2005.f90:

@@ -1,0 +1,1 @@
+/work/main/src/material/finshell_holzapfel_gasser_ogden.f90:

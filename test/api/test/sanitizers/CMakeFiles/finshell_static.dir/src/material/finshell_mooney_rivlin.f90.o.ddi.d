@@ -1,0 +1,1 @@
+/work/main/src/material/finshell_mooney_rivlin.f90:

@@ -1,0 +1,1 @@
+/work/main/src/material/finshell_parameter.f90:

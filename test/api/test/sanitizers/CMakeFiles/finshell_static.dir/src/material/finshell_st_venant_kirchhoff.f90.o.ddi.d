@@ -1,0 +1,1 @@
+/work/main/src/material/finshell_st_venant_kirchhoff.f90:

@@ -1,0 +1,1 @@
+/work/main/src/math/finshell_rotation.f90:

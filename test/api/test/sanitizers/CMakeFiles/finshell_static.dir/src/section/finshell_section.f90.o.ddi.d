@@ -1,0 +1,1 @@
+/work/main/src/section/finshell_section.f90:

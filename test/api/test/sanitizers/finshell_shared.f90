@@ -1,0 +1,1 @@
+! All objects come from libfinshell.a.
