@@ -32,13 +32,13 @@ module finshell_uel
 
    !> finshell_status of the header.
    type, bind(c) :: status_t
-      integer(c_int32_t) :: code = 0, index = 0, failed = 0
-      character(kind=c_char) :: message(244) = c_null_char
+      integer(c_int32_t) :: code, index, failed
+      character(kind=c_char) :: message(244)
    end type status_t
 
    !> A section that was built, with what it was built from.
    type :: kept_t
-      real(c_double) :: key(key_length) = 0
+      integer(c_int64_t) :: key(key_length) = 0 !< bit by bit: NaN is a mistake that the library shall name
       type(c_ptr) :: section = c_null_ptr
    end type kept_t
 
@@ -148,6 +148,7 @@ contains
       type(status_t), intent(out) :: status
       type(kept_t), allocatable :: more(:)
       real(c_double) :: key(key_length)
+      integer(c_int64_t) :: bits(key_length)
       integer :: i, m, ignored
 
       section = c_null_ptr
@@ -156,13 +157,14 @@ contains
       key(:7) = props(:7)
       key(8) = m
       key(9:8 + m) = props(first_parameter:first_parameter + m - 1)
+      bits = transfer(key, bits)
       ignored = pthread_mutex_lock(mutex)
       do i = 1, kept_number
-         ! bit by bit: NaN is a mistake that the library shall name
-         if (any(transfer(key, [0_c_int64_t]) /= transfer(kept(i)%key, [0_c_int64_t]))) cycle
+         if (any(bits /= kept(i)%key)) cycle
          section = kept(i)%section
          exit
       end do
+      status%code = 0
       if (.not. c_associated(section)) then
          call build(key, section, status)
          if (c_associated(section)) then
@@ -173,7 +175,7 @@ contains
                call move_alloc(more, kept)
             end if
             kept_number = kept_number + 1
-            kept(kept_number)%key = key
+            kept(kept_number)%key = bits
             kept(kept_number)%section = section
          end if
       end if
@@ -336,7 +338,7 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
    type(c_ptr) :: section
    type(status_t) :: status
    real(c_double) :: x(3, 3), displacement(3, 3), rotation(3, 3), quaternion(4, 3), state(4, 3), next(4, 3)
-   real(c_double) :: force(18), tangent(18, 18), w(1), load(18)
+   real(c_double) :: force(18), w(1), load(18)
    real(c_double), target :: axis(3)
    real(c_double), pointer, contiguous :: direction(:) ! not associated: not present, the library's default
    integer :: wanted, rotations, m, i
@@ -345,11 +347,11 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
 
    wanted = lflags(3)
    perturbation = lflags(4) == 1
-   rhs(:ndofel, :nrhs) = 0
-   amatrx = 0
-   if (wanted == want_damping .or. wanted == want_output) return
    with_residual = wanted == want_both .or. wanted == want_residual .or. wanted == want_mass_and_residual
    with_matrix = wanted == want_both .or. wanted == want_stiffness
+   rhs(:ndofel, :nrhs) = 0
+   if (.not. with_matrix) amatrx = 0
+   if (wanted == want_damping .or. wanted == want_output) return
 
    ! ------------------------------------------------------------------ what the input file says
    if (ndofel /= 18 .or. nnode /= 3) then
@@ -424,13 +426,12 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
 
    ! ------------------------------------------------------------------ mass
    if (wanted == want_mass .or. wanted == want_mass_and_residual) then
-      code = finshell_mass_matrix(section, one, x, tangent, status=status)
+      code = finshell_mass_matrix(section, one, x, amatrx, status=status)
       if (code == 0 .and. rotations /= rotations_compounded) call rates_of_vectors()
       if (code /= 0) then
          call give_up()
          return
       end if
-      amatrx = tangent
    end if
    if (wanted == want_mass) return
 
@@ -444,7 +445,6 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
       code = evaluate(rotation)
    end select
    if (code /= 0) then
-      amatrx = 0
       call give_up()
       return
    end if
@@ -453,7 +453,6 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
    if (rotations == rotations_incremental .and. .not. perturbation) svars(:12) = reshape(next, [12])
    ! the forces of the base state are in equilibrium: a perturbation begins from zero
    if (with_residual .and. .not. perturbation) rhs(:18, 1) = -force
-   if (with_matrix) amatrx = tangent
    do i = 1, ndload
       call add_pressure(adlmag(i, 1), load, with_matrix)
       if (code /= 0) then
@@ -473,7 +472,7 @@ contains
       real(c_double), intent(in) :: turn(:, :)
       real(c_double), intent(in), optional :: from(4, 3)
       if (with_matrix) then
-         evaluate = finshell_evaluate(section, one, x, displacement, turn, rotations, from, direction, w, force, tangent, &
+         evaluate = finshell_evaluate(section, one, x, displacement, turn, rotations, from, direction, w, force, amatrx, &
                                       threads=one, status=status)
       else
          evaluate = finshell_evaluate(section, one, x, displacement, turn, rotations, from, direction, w, force, &
@@ -511,8 +510,8 @@ contains
       if (code /= 0) return
       do n = 1, 3
          p = 6*n - 2
-         tangent(:, p:p + 2) = matmul(tangent(:, p:p + 2), transpose(t(:, :, n)))
-         tangent(p:p + 2, :) = matmul(t(:, :, n), tangent(p:p + 2, :))
+         amatrx(:, p:p + 2) = matmul(amatrx(:, p:p + 2), transpose(t(:, :, n)))
+         amatrx(p:p + 2, :) = matmul(t(:, :, n), amatrx(p:p + 2, :))
       end do
    end subroutine rates_of_vectors
 
