@@ -245,10 +245,11 @@ contains
    pure subroutine eigen(matrix, values, vectors)
       real(wp), intent(in) :: matrix(:, :)
       real(wp), intent(out) :: values(:), vectors(:, :)
-      real(wp) :: a(size(values), size(values)), theta, t, c, s, column(size(values))
+      real(wp) :: a(size(values), size(values)), theta, t, c, s, scale, column(size(values))
       integer :: i, j, sweep, n
       n = size(values)
       a = matrix
+      scale = maxval(abs(a))
       vectors = 0
       do i = 1, n
          vectors(i, i) = 1
@@ -257,7 +258,8 @@ contains
          if (sum(a**2) - sum([(a(i, i)**2, i=1, n)]) <= 1.0e-30_wp*sum(a**2)) exit
          do i = 1, n - 1
             do j = i + 1, n
-               if (.not. abs(a(i, j)) > tiny(1.0_wp)) cycle
+               ! what is far below rounding would overflow theta
+               if (.not. abs(a(i, j)) > 1.0e-30_wp*scale) cycle
                theta = (a(j, j) - a(i, i))/(2*a(i, j))
                t = sign(1.0_wp, theta)/(abs(theta) + sqrt(theta**2 + 1))
                c = 1/sqrt(t**2 + 1)
