@@ -27,6 +27,8 @@ class Case:
     extra: tuple = ()          # kind levels: further prescribed values around limit points
     limits: tuple = ()         # kind levels: limit points of the reference
     target: str = ""
+    note: str = ""
+    diagonals: str = ""        # mesh on which all diagonals are tried
     peers: tuple = ()
 
 
@@ -37,6 +39,11 @@ SEMI_CYLINDER = PINCHED.replace("corner_a0_y0", "corner_a0_y1").replace("-100", 
 ARC = "control = 'displacement' node_set = 'edge_a0' component = 'z' first_increment = 0.005 largest_increment = 0.01 mixed = .true. residual_tolerance = 1e-5 correction_tolerance = 1e-5"
 VOLUMES = {stretch: round(1000 * pi / 6 * stretch ** 3, 4) for stretch in (1.1, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.0)}
 
+ROOF = ("At the end of the path the force is compared at a given displacement, and the path is steep there: the difference is {0} mm in W_C at the same force. About two thirds of it is "
+        "the transverse shear at the point force in the table's element (as in sze35): P/(2π κ G h) ln(√(R h)/r) = {1} mm, with r = 0.74 of the size of its elements.{2}")
+ROOF_A = ROOF.format("0.17", "0.11", "")
+ROOF_D = ROOF.format("0.31", "0.18", " The law, St. Venant–Kirchhoff, adds 0.8 % to the force (see hinged_strip).")
+
 CASES = [
     Case("sze31", "Cantilever under an end shear force (Sze, Liu & Lo 3.1)", {"8x1": "8, 1", "16x1": "16, 1", "32x1": "32, 1"}, ("U", "W", "U_table", "W_table"),
          table=True, spread="16x1", optimal=0.5, target="16x1: at most 0.25 %, 1 increment, 12 iterations",
@@ -44,18 +51,24 @@ CASES = [
                 "CalculiX S6: 0.0/0.0 %, 50 iterations, 0.75 s")),
     Case("sze32", "Cantilever under an end moment, full circle (Sze, Liu & Lo 3.2)", {"16x1": "16, 1", "32x1": "32, 1"}, ("U", "W"),
          table=True, spread="16x1", optimal=0.5, target="full circle, and on to three turns",
+         note="The facets bend along their chord, which is shorter than the arc: the error falls as h²; 22° an element are coarse.",
          peers=("Kratos thin triangle: 0.0 %, 100 iterations, 0.8 s", "OpenSees ASDShellT3: 0.0 %, 60 iterations")),
-    Case("sze32_three_turns", "Cantilever under an end moment, three turns", {"16x1": "16, 1", "32x1": "32, 1", "64x1": "64, 1"}, ("U", "W")),
+    Case("sze32_three_turns", "Cantilever under an end moment, three turns", {"32x1": "32, 1", "64x1": "64, 1", "128x1": "128, 1"}, ("U", "W"),
+         note="Held in its plane. Where only the loaded edge is held, the wound-up strip becomes unstable (negative pivots) at load factors between 2.3 and 2.8: wound by "
+              "more than two turns, a strip can get rid of turns by moving sideways."),
     Case("sze33", "Slit annular plate (Sze, Liu & Lo 3.3)", {"6x30": "30, 6", "10x80": "80, 10", "16x128": "128, 16"}, ("W_A", "W_B"),
          table=True, spread="10x80", optimal=0.5, steps={"6x30": "first_increment = 0.05 mixed = .true. rotation_limit = 0.2"}, target="10x80: at most 0.5 %, 6 increments, 60 iterations",
          peers=("Kratos thin triangle 6x30: −3.0/−2.4 %, 395 iterations, 13 s; 10x80: −0.5/−0.4 %, 260 iterations, 37 s",
                 "OpenSees ASDShellT3: 13 % of the load in 40 s", "CalculiX S6: −8.8/−7.4 %, 30 s")),
     Case("sze34", "Hemisphere with 18° hole (Sze, Liu & Lo 3.4)", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("V_A", "U_B"),
-         table=True, spread="8x8", optimal=0.32, target="8x8: at most 5 %; 16x16: at most 1 %; full load in at most 2 increments, 20 iterations",
+         table=True, spread="8x8", optimal=0.32, diagonals="16x16", target="8x8: at most 5 %; 16x16: at most 1 %; full load in at most 2 increments, 20 iterations",
          peers=("Kratos thin triangle 8x8: −30/−45 %, 1.2 s; 16x16: −6.3/−11.9 %, 121 iterations, 5.6 s; 32x32: −0.5/−1.7 %, 117 iterations, 31 s",
                 "OpenSees ASDShellT3 8x8: −32/−48 %", "CalculiX S6 8x8: −36/−50 % (whole shell)")),
     Case("sze35", "Pull-out of an open cylinder (Sze, Liu & Lo 3.5)", {"8x12": "12, 8", "16x24": "24, 16", "24x36": "36, 24", "32x48": "48, 32"}, ("W_A", "U_B", "U_C"),
-         table=True, spread="8x12", optimal=0.3047, target="16x24: U_B, U_C at most 1 %, full load in at most 2 increments, 20 iterations",
+         table=True, spread="8x12", optimal=0.3047, note="W_A settles 1.0 % below the table. The table's element is flexible in transverse shear, under which the deflection at a point force grows like "
+              "P/(2π κ G h) ln(l/r): P/(2π κ G h) = 0.0203 here; with l = √(R h) = 0.68, and r = 0.16, of the size of an element of the table's mesh (0.22), that is 0.029 "
+              "or 1.05 % of W_A, the whole difference (r is fitted; its logarithm is not sensitive). At B and C, away from the force, there is none.",
+         target="16x24: U_B, U_C at most 1 %, full load in at most 2 increments, 20 iterations",
          peers=("Kratos thin triangle 16x24: −1.2/+0.2/+0.3 %, 216 iterations, 14 s; 24x36: −1.2/0.0/+0.4 %, 172 iterations, 32 s",
                 "OpenSees ASDShellT3: 51 % of the load in 40 s", "CalculiX S6: −35 % and worse")),
     Case("sze36", "Pinched cylinder with end diaphragms (Sze, Liu & Lo 3.6)", {"16x16": "16, 16", "24x24": "24, 24", "40x40": "40, 40"}, ("W_A", "U_B"),
@@ -67,16 +80,24 @@ CASES = [
     Case("sze37_90_0_90", "Pinched semi-cylinder, laminate 90/0/90", {"16x16": "16, 16", "24x24": "24, 24", "40x40": "40, 40"}, ("W_A",),
          levels=TENTHS, step=SEMI_CYLINDER),
     Case("sze38a", "Hinged roof, h = 12.7, isotropic (Sze, Liu & Lo 3.8)", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",),
-         kind="path", column="W_C", spread="8x8", optimal=0.32, target="the whole published path",
+         kind="path", column="W_C", spread="8x8", optimal=0.32, note=ROOF_A,
+         target="the whole published path",
          peers=("Kratos thin triangle: bounces at the first limit point", "OpenSees: arc-length bounces; displacement control passes",
                 "CalculiX S6: no arc-length")),
     Case("sze38b", "Hinged roof, h = 12.7, laminate 0/90/0", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",), kind="path", column="W_C"),
     Case("sze38c", "Hinged roof, h = 12.7, laminate 90/0/90", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",), kind="path", column="W_C"),
     Case("sze38d", "Hinged roof, h = 6.35, isotropic (Sze, Liu & Lo 3.8)", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",),
-         kind="path", column="W_C", spread="8x8", optimal=0.32, target="the whole published path, snap-back included",
+         kind="path", column="W_C", spread="8x8", optimal=0.32, note=ROOF_D,
+         target="the whole published path, snap-back included",
          peers=("Kratos thin triangle: bounces at the first limit point", "OpenSees: arc-length bounces", "CalculiX S6: no arc-length")),
     Case("sze38e", "Hinged roof, h = 6.35, laminate 0/90/0", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",), kind="path", column="W_C"),
     Case("sze38f", "Hinged roof, h = 6.35, laminate 90/0/90", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",), kind="path", column="W_C"),
+    Case("hinged_strip", "Hinged strip, plane bending through two limit points", {"16x1": "16, 1", "32x1": "32, 1", "64x1": "64, 1"}, ("load_factor",), kind="levels",
+         column="w", values={w: w for w in (2.0, 5.0, 7.5, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0)},
+         reference=("hinged_strip/reference.csv", "w", "load_factor"), fine=f"{ARC.replace('0.005', '0.25').replace('0.01', '0.5')} displacements =",
+         note="What is left under refinement is the law: the reference is linear in the stretch λ, N = E A ε with ε = λ − 1, where St. Venant–Kirchhoff has E A (ε + 1.5 ε²); "
+              "ε is −0.14 % at w = 7.5 and 0.6 % at w = 40. "
+              "The hinge holds the rotations across its line. With `type = 'hinged'`, which leaves the drilling rotation free, this strip of one element in the width is up to 30 % too soft."),
     *[Case(f"inflated_sphere_{law}", f"Inflated sphere past its largest pressure, {title}", {"8x8": "8, 8", "16x16": "16, 16", "24x24": "24, 24", "32x32": "32, 32"},
            ("load_factor",), kind="levels", file=f"inflated_sphere/{law}.nml", column="volume", values=VOLUMES, reference=("inflated_sphere_analytic.csv", "stretch", column),
            fine="control = 'volume' first_increment = 50 tolerance = 'tight' volumes =", extra=(1340, 1365, 1380, 1390, 1405, 1430),
@@ -95,10 +116,10 @@ CASES = [
     Case("pinched_cylinder", "Pinched cylinder with diaphragms, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("w",), spread="all", optimal=0.32),
     Case("pinched_hemisphere", "Pinched hemisphere, closed, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("u",), spread="all", optimal=0.32),
     Case("pinched_hemisphere_hole", "Pinched hemisphere with hole, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("u",), spread="all", optimal=0.32),
-    *[Case(f"twisted_beam_{t}_{d}", f"Twisted beam, {t}, force along {d}, linear", {"12x2": "12, 2", "24x4": "24, 4", "48x8": "48, 8"}, ("u",), spread="all", optimal=0.4032)
+    *[Case(f"twisted_beam_{t}_{d}", f"Twisted beam, {t}, force along {d}, linear", {"12x2": "12, 2", "24x4": "24, 4", "48x8": "48, 8"}, ("u",), spread="all", optimal=0.4032, diagonals="24x4")
       for t in ("thick", "thin") for d in "yz"],
     Case("cook", "Cook's membrane, linear", {"2x2": "2, 2", "4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("v",), spread="all", optimal=0.2777778),
-    Case("panel_bending", "Cantilever panel in in-plane bending, linear", {"8x2": "8, 2", "16x4": "16, 4", "32x8": "32, 8"}, ("v",), spread="all", optimal=0.375),
+    Case("panel_bending", "Cantilever panel in in-plane bending, linear", {"8x2": "8, 2", "16x4": "16, 4", "32x8": "32, 8"}, ("v",), spread="all", optimal=0.375, diagonals="8x2"),
     Case("patch_membrane", "Membrane patch test", {"4x4": "4, 4"}, ("N_11", "u_y"), spread="all", optimal=0.375),
     Case("patch_bending", "Bending patch test", {"4x4": "4, 4"}, ("M_11", "w"), spread="all", optimal=0.375),
 ]

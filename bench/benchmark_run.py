@@ -6,6 +6,7 @@ import resource
 import subprocess
 import tempfile
 from dataclasses import dataclass, field
+from math import hypot
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -79,6 +80,11 @@ def with_step(text, step):
     return text + f"\n&step {step} /\n"
 
 
+def table(path):
+    """Rows of a csv file, as text; lines with # are comments."""
+    return list(csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#")))
+
+
 def path_of(case):
     return EXAMPLES / (case.file or f"{case.name}/input.nml")
 
@@ -88,9 +94,9 @@ def example(name):
 
 
 def data(name, fibre=None):
-    """Rows of a table in test/data; with `fibre`, those that have this word in their column `fibre`."""
-    rows = csv.DictReader(line for line in (ROOT / "test" / "data" / name).open() if not line.startswith("#"))
-    return [{k: float(v) for k, v in row.items() if k != "fibre"} for row in rows if fibre is None or row["fibre"] == fibre]
+    """Rows of a table in test/data (or, with a slash, in examples/); with `fibre`, those that have this word in their column `fibre`."""
+    folder = EXAMPLES if "/" in name else ROOT / "test" / "data"
+    return [{k: float(v) for k, v in row.items() if k != "fibre"} for row in table(folder / name) if fibre is None or row["fibre"] == fibre]
 
 
 def reference(name):
@@ -98,8 +104,7 @@ def reference(name):
     path = EXAMPLES / name / "reference.csv"
     if not path.exists():
         return []
-    lines = [line for line in path.open() if not line.startswith("#")]
-    return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(lines)]
+    return [{k: float(v) for k, v in row.items()} for row in table(path)]
 
 
 def solve(text, output=False, timeout=900):
@@ -118,7 +123,7 @@ def solve(text, output=False, timeout=900):
             done, message = False, f"not finished after {timeout} s"
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         history = Path(folder) / "case.history.csv"
-        rows = [{k: float(v) for k, v in r.items()} for r in csv.DictReader(history.open())] if history.exists() else []
+        rows = [{k: float(v) for k, v in r.items()} for r in table(history)] if history.exists() else []
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     tried = re.search(r"increments, (\d+) iterations", message)
     solution = Solution(rows, cpu, done, message.strip().splitlines()[-1] if message.strip() else "")
@@ -129,16 +134,15 @@ def solve(text, output=False, timeout=900):
 def extremes(rows, x, y):
     """Turning points of y along the path, by parabolas over the length of the path: pairs (x, y) in the order of passing."""
     found = []
+    wide, high = (max((abs(r[column]) for r in rows), default=0.0) or 1.0 for column in (x, y))
     for a, b, c in zip(rows, rows[1:], rows[2:]):
         if (b[y] - a[y]) * (c[y] - b[y]) < 0:
-            s = [-abs_length(a, b, x, y), 0.0, abs_length(b, c, x, y)]
+            s = [-hypot((b[x] - a[x]) / wide, (b[y] - a[y]) / high), 0.0, hypot((c[x] - b[x]) / wide, (c[y] - b[y]) / high)]
             peak = parabola_peak(s, [a[y], b[y], c[y]])
             found.append((lagrange(s, [a[x], b[x], c[x]], peak), lagrange(s, [a[y], b[y], c[y]], peak)))
     return found
 
 
-def abs_length(a, b, x, y):
-    return max(((b[x] - a[x]) ** 2) ** 0.5, 1e-30)
 
 
 def lagrange(s, f, t):
@@ -167,5 +171,5 @@ def distance_to_path(rows, x, y, point, scale_x, scale_y):
         dx, dy = bx - ax, by - ay
         length = dx * dx + dy * dy
         t = 0.0 if length == 0 else min(1.0, max(0.0, ((px - ax) * dx + (py - ay) * dy) / length))
-        best = min(best, ((px - ax - t * dx) ** 2 + (py - ay - t * dy) ** 2) ** 0.5)
+        best = min(best, hypot(px - ax - t * dx, py - ay - t * dy))
     return best
