@@ -1,1 +1,0 @@
-/work/main/api/binding/finshell_capi_common.f90:

@@ -1,1 +1,0 @@
-/work/main/api/binding/finshell_capi_element.f90:

@@ -1,1 +1,0 @@
-/work/main/api/binding/finshell_capi_information.f90:

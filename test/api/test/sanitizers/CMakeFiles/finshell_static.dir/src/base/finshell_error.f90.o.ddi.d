@@ -1,1 +1,0 @@
-/work/main/src/base/finshell_error.f90:

@@ -1,1 +1,0 @@
-/work/main/src/batch/finshell_batch.f90:

@@ -1,1 +1,0 @@
-/work/main/src/batch/finshell_mass.f90:

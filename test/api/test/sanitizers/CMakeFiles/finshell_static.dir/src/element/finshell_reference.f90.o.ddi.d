@@ -1,1 +1,0 @@
-/work/main/src/element/finshell_reference.f90:

@@ -1,1 +1,0 @@
-/work/main/src/material/finshell_compressible_neo_hookean.f90:

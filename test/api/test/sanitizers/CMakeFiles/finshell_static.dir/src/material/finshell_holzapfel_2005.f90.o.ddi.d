@@ -1,1 +1,0 @@
-/work/main/src/material/finshell_holzapfel_2005.f90:

@@ -1,1 +1,0 @@
-/work/main/src/material/finshell_holzapfel_gasser_ogden.f90:

@@ -1,1 +1,0 @@
-/work/main/src/material/finshell_invariant_law.f90:

@@ -1,1 +1,0 @@
-/work/main/src/material/finshell_ogden.f90:

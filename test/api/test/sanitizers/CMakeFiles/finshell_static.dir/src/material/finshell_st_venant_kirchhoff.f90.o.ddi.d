@@ -1,1 +1,0 @@
-/work/main/src/material/finshell_st_venant_kirchhoff.f90:

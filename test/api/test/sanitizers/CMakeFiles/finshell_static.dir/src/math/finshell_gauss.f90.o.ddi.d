@@ -1,1 +1,0 @@
-/work/main/src/math/finshell_gauss.f90:

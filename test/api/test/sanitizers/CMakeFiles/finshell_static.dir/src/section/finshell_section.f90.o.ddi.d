@@ -1,1 +1,0 @@
-/work/main/src/section/finshell_section.f90:

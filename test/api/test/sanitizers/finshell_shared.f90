@@ -1,1 +1,0 @@
-! All objects come from libfinshell.a.
