@@ -29,7 +29,8 @@ module finshell_field
       integer :: iterations = 0
       integer :: negative_pivots = 0 !< -1: unknown
       real(wp), allocatable :: monitors(:) !< in the order of the monitor names
-      integer :: critical_point = 0 !< in the history only: 1 limit, 2 bifurcation, 3 both since the row before; 11, 12, 13 located here
+      !> In the history only: 1 limit, 2 bifurcation, 3 both since the row before; 11, 12, 13 located here.
+      integer :: critical_point = 0
    end type increment_t
 
    !> A name of its own length, for lists of names.
