@@ -261,7 +261,7 @@ contains
          if (.not. allocated(self%stress)) allocate (self%stress(n_resultants, self%assembly%elements))
          associate (s => self%structure)
             call predict_stress(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               nodal, self%stress, s%direction)
+               merge(0.0_wp, nodal, self%extrapolating), self%stress, s%direction)
          end associate
       end if
       do i = 1, size(nodal, 2)

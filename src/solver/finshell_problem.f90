@@ -22,6 +22,9 @@ module finshell_problem
       logical :: constant_phase = .false. !< the factor is that of the constant loads and supports
       !> Mixed iteration: `move` predicts the stresses of the elements, `evaluate` uses them in the geometric part of the tangent.
       logical :: mixed = .false.
+      !> `move` follows the path of earlier increments, not a solution of the linearised equations: predicted along it, the
+      !> stresses would be those of a wrong membrane strain, so they stay as they are.
+      logical :: extrapolating = .false.
       real(wp), allocatable :: stress(:, :) !< unallocated where the elements' own count: at the start of an increment
 
       !> The matrix has lost its stiffness in the reference state by the nature of the law: a stand-in can be added to it.

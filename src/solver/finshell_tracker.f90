@@ -142,7 +142,9 @@ contains
          if (step%convergence%rotation_limit > 0 .and. angle > step%convergence%rotation_limit) &
             scale = scale*step%convergence%rotation_limit/angle
          attempt%predicted = scale*length
+         problem%extrapolating = .true.
          call problem%move(scale*x, scale*change)
+         problem%extrapolating = .false.
       else if (attempt%control == control_arc_length) then
          constraint%previous = self%history%vector(:, 1)
          constraint%previous_change = self%history%factor(1)

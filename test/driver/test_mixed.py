@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Mixed Newton reaches the same states as plain Newton, in few iterations, also over many increments with extrapolation."""
+import csv
+import os
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+HEMISPHERE = """&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 8, 8 /
+&material name = 'm' law = 'st_venant_kirchhoff' e = 6.825e7 nu = 0.3 /
+&section material = 'm' thickness = 0.04 /
+&support node_set = 'edge_a0' type = 'symmetry_y' /
+&support node_set = 'edge_a1' type = 'symmetry_x' /
+&support node_set = 'corner_a0_bottom' fixed = 'uz' /
+&load type = 'force' node_set = 'corner_a0_bottom' vector = 200.0, 0.0, 0.0 /
+&load type = 'force' node_set = 'corner_a1_bottom' vector = 0.0, -200.0, 0.0 /
+&step load_factor = 1.0 tolerance = 'tight' {step} /
+&monitor name = 'u' quantity = 'displacement' component = 'x' node_set = 'corner_a0_bottom' /
+&output every = 0 /
+"""
+
+
+class Mixed(unittest.TestCase):
+    def solve(self, step):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "hemi.nml").write_text(HEMISPHERE.format(step=step))
+            run = subprocess.run([os.environ["FINSHELL_BIN"], "run", "-q", "hemi.nml"], cwd=folder, capture_output=True, text=True, check=False)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            rows = [{k: float(v) for k, v in r.items()} for r in csv.DictReader((Path(folder) / "hemi.history.csv").read_text().splitlines())]
+        return rows, sum(r["iterations"] for r in rows)
+
+    def test_many_increments(self):
+        plain, plain_iterations = self.solve("mixed = .false.")
+        for extrapolate in (".true.", ".false."):
+            mixed, iterations = self.solve(f"mixed = .true. extrapolate = {extrapolate}")
+            self.assertAlmostEqual(mixed[-1]["u"], plain[-1]["u"], delta=1e-7 * plain[-1]["u"])
+            self.assertEqual(max(r["negative_pivots"] for r in mixed), 0)
+            self.assertLess(iterations, 0.7 * plain_iterations)
+
+    def test_one_increment(self):
+        mixed, iterations = self.solve("mixed = .true. first_increment = 1.0")
+        self.assertEqual(len(mixed), 1)
+        self.assertLessEqual(iterations, 15)
+
+
+if __name__ == "__main__":
+    unittest.main()
