@@ -132,7 +132,10 @@ def solve(text, output=False, timeout=900):
 
 
 def extremes(rows, x, y):
-    """Turning points of y along the path, by parabolas over the length of the path: pairs (x, y) in the order of passing."""
+    """Turning points of y along the path, by parabolas over the length of the path: pairs (x, y) in the order of passing.
+
+    A maximum and a minimum that follow each other within 2 % of the largest are a ripple and left out.
+    """
     found = []
     wide, high = (max((abs(r[column]) for r in rows), default=0.0) or 1.0 for column in (x, y))
     for a, b, c in zip(rows, rows[1:], rows[2:]):
@@ -140,6 +143,14 @@ def extremes(rows, x, y):
             s = [-hypot((b[x] - a[x]) / wide, (b[y] - a[y]) / high), 0.0, hypot((c[x] - b[x]) / wide, (c[y] - b[y]) / high)]
             peak = parabola_peak(s, [a[y], b[y], c[y]])
             found.append((lagrange(s, [a[x], b[x], c[x]], peak), lagrange(s, [a[y], b[y], c[y]], peak)))
+    ripple = 0.02 * max((abs(p) for _, p in found), default=0.0)
+    k = 0
+    while k + 1 < len(found):
+        if abs(found[k + 1][1] - found[k][1]) < ripple:
+            del found[k:k + 2]
+            k = 0
+        else:
+            k += 1
     return found
 
 
