@@ -17,13 +17,15 @@ module finshell_caution
    !> The grip of a control is the change of its quantity per length of the increment. Where it falls below this part of what it
    !> was, the quantity is about to turn round, or the structure has jumped across such a turn.
    real(wp), parameter :: grip_lost = 0.4_wp, grip_regained = 0.6_wp
-   real(wp), parameter :: surprise = 3.0_wp !< ratio of an increment to its prediction that a cautious step refuses
+   real(wp), parameter :: same_way = 0.95_wp !< cosine between a refused increment and a shorter one that confirms it
+   real(wp), parameter :: surprise = 0.5_wp !< distance from the prediction, part of the increment, that a cautious step refuses
 
 contains
 
-   !> What speaks against an increment; empty when nothing does. `turning`: the controlled quantity loses its grip.
+   !> What speaks against an increment; empty when nothing does. A cautious step believes a shorter increment that goes the same way
+   !> as the one it refused: the path does bend there. `turning`: the controlled quantity loses its grip.
    subroutine objection(tracker, problem, step, attempt, before, after, text, turning)
-      class(tracker_t), intent(in) :: tracker
+      class(tracker_t), intent(inout) :: tracker
       class(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(attempt_t), intent(in) :: attempt
@@ -52,15 +54,22 @@ contains
       if (text == '' .and. (step%cautious .or. step%locate) .and. hidden_pair(before, after)) &
          text = 'the load factor would pass two limit points in one increment'
       if (text /= '' .or. .not. step%cautious) return
+      if (allocated(tracker%refused)) then
+         if (arc_product(x, tracker%refused, problem%field) &
+             > same_way*length*arc_norm(tracker%refused, problem%field, 0.0_wp, 0.0_wp)) return
+      end if
+      tracker%refused = x
       if (cosine < sharp_bend) then
          text = 'the path would bend sharply (cosine '//text_of(real(cosine, kind(1.0d0)))//' to the increment before)'
       else if (min(before%negative_pivots, after%negative_pivots) >= 0 &
                .and. abs(before%negative_pivots - after%negative_pivots) > 1) then
          text = 'the number of negative pivots would jump from '//text_of(before%negative_pivots)//' to ' &
             //text_of(after%negative_pivots)
-      else if (attempt%predicted > 0 .and. max(length, attempt%predicted) > surprise*min(length, attempt%predicted)) then
-         text = 'the increment is far from its prediction'
+      else if (allocated(attempt%predicted)) then
+         x = x - attempt%predicted
+         if (arc_norm(x, problem%field, 0.0_wp, 0.0_wp) > surprise*length) text = 'the increment is far from its prediction'
       end if
+      if (text == '') deallocate (tracker%refused)
    end subroutine objection
 
    !> Change of the monitored quantity per length in the last increment.

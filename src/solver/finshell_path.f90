@@ -159,6 +159,7 @@ contains
          cuts = 0
          record = record_t()
          no_landing = .false.
+         if (allocated(self%refused)) deallocate (self%refused)
          attempt = self%plan(problem, step, targets, no_landing)
          do
             call self%try(problem, step, targets, attempt, result)

@@ -21,7 +21,7 @@ module finshell_tracker
       logical :: landing = .false. !< a load level or monitored value is to be met, in another measure than the step's
       real(wp) :: prescribed = 0 !< the value that is prescribed, set by `try`
       real(wp) :: interpolate = 0 !< > 0: start at this fraction of the increment that overshot
-      real(wp) :: predicted = 0 !< length of the predicted increment, 0 without a prediction; set by `try`
+      real(wp), allocatable :: predicted(:) !< the predicted increment, unallocated without a prediction; set by `try`
    end type attempt_t
 
    type :: tracker_t
@@ -32,6 +32,7 @@ module finshell_tracker
       real(wp) :: length_per_factor = 1 !< arc-length after its first increment: bounds are stated as load factors
       logical :: substitute = .false. !< arc-length stands in for a control whose quantity turns round
       real(wp), allocatable :: branch(:) !< the next increment leaves the path along this vector
+      real(wp), allocatable :: refused(:) !< an increment from here that was not believed
       real(wp), allocatable :: overshoot(:) !< an increment that is to be interpolated
       real(wp) :: overshoot_change = 0
    contains
@@ -118,7 +119,7 @@ contains
          if (targets%has_value()) constraint%target = snapped(constraint%target, targets%next_value(), attempt%size)
       end if
       attempt%prescribed = constraint%target
-      attempt%predicted = 0
+      if (allocated(attempt%predicted)) deallocate (attempt%predicted)
 
       known = .false.
       if (attempt%control == control_vector) then
@@ -141,9 +142,9 @@ contains
          angle = scale*problem%largest_rotation(x, change)
          if (step%convergence%rotation_limit > 0 .and. angle > step%convergence%rotation_limit) &
             scale = scale*step%convergence%rotation_limit/angle
-         attempt%predicted = scale*length
+         attempt%predicted = scale*x
          problem%extrapolating = .true.
-         call problem%move(scale*x, scale*change)
+         call problem%move(attempt%predicted, scale*change)
          problem%extrapolating = .false.
       else if (attempt%control == control_arc_length) then
          constraint%previous = self%history%vector(:, 1)
