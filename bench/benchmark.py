@@ -117,7 +117,7 @@ def curve(case, table, report):
     """Largest deviation over the load factors of the reference table."""
     factors = [r["load_factor"] for r in table if 0 < r["load_factor"] <= 1 + 1e-12]
     mesh = list(case.meshes)[1 if len(case.meshes) > 2 else 0]
-    step = f"load_levels = {', '.join(f'{f:g}' for f in factors)} mixed = .true. residual_tolerance = 1e-5 correction_tolerance = 1e-5 {case.step}"
+    step = f"load_levels = {', '.join(f'{f:g}' for f in factors)} residual_tolerance = 1e-5 correction_tolerance = 1e-5 {case.step or 'mixed = .true.'}"
     solution = run.solve(run.with_step(case_text(case, mesh), step))
     if not solution.done:
         report.failed(case, mesh, "curve", solution)
