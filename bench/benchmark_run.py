@@ -147,7 +147,11 @@ def extremes(rows, x, y):
     k = 0
     while k + 1 < len(found):
         if abs(found[k + 1][1] - found[k][1]) < ripple:
-            del found[k:k + 2]
+            kept = found[k + 2:k + 3]    # of the two maxima or minima around it the further one
+            if kept and (kept[0][1] - found[k][1]) * (found[k + 1][1] - found[k][1]) > 0:
+                del found[k + 1:k + 3]
+            else:
+                del found[k:k + 2]
             k = 0
         else:
             k += 1
