@@ -18,6 +18,7 @@ module finshell_tracker
    type :: attempt_t
       integer :: control = control_load
       real(wp) :: size = 0 !< signed, in the measure of the control
+      logical :: plain = .false. !< plain Newton, even where the step asks for mixed
       logical :: landing = .false. !< a load level or monitored value is to be met, in another measure than the step's
       real(wp) :: prescribed = 0 !< the value that is prescribed, set by `try`
       real(wp) :: interpolate = 0 !< > 0: start at this fraction of the increment that overshot
@@ -106,7 +107,7 @@ contains
       logical :: known
 
       allocate (x(problem%n))
-      problem%mixed = step%convergence%mixed
+      problem%mixed = step%convergence%mixed .and. .not. attempt%plain
       constraint%control = attempt%control
       constraint%load_weight = self%load_weight
       constraint%sense = sign(1.0_wp, attempt%size)
