@@ -14,7 +14,7 @@ module finshell_structure
       type(section_t), allocatable :: sections(:)
       real(wp), allocatable :: density(:) !< mass per reference volume of each section: needed by gravity only
       integer, allocatable :: element_section(:) !< (elements) index into sections
-      !> (3, elements) material direction 1, projected on each element; unallocated: the first side of each element.
+      !> (3, elements) material direction 1, projected on each element; unallocated: global x.
       real(wp), allocatable :: direction(:, :)
       type(support_t), allocatable :: supports(:)
       type(load_t), allocatable :: loads(:)
