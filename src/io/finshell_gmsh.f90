@@ -9,10 +9,10 @@ module finshell_gmsh
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_input_error
    use finshell_text, only: read_whole_file
-   use finshell_mesh, only: mesh_t, new_mesh, add_node_set, add_element_set, add_edge_set
+   use finshell_mesh, only: mesh_t, new_mesh, add_node_set, add_element_set, add_edge_set, find_node_set, find_element_set
    use finshell_mesh_sorting, only: sorted_order, position_in_sorted
    use finshell_gmsh_scanner, only: gmsh_scanner_t
-   use finshell_gmsh_content, only: content_t, read_content
+   use finshell_gmsh_content, only: content_t, read_content, tag_text
    implicit none
    private
    public :: read_gmsh, parse_gmsh
@@ -45,44 +45,41 @@ contains
       if (allocated(error)) return
       if (.not. allocated(content%node_tags)) then
          call raise(error, status_input_error, file//': the file has no $Nodes')
-      else if (size(content%triangles, 2) == 0) then
+      else if (size(content%elements(2)%tags) == 0) then
          call raise(error, status_input_error, file//': the file has no triangles; mesh the surfaces (gmsh -2) and, if there ' &
             //'are physical groups, put the surfaces into physical surfaces')
       else
-         call build(file, content, mesh, error)
+         call build(scanner, content, mesh, error)
       end if
    end subroutine parse_gmsh
 
-   subroutine build(file, content, mesh, error)
-      character(len=*), intent(in) :: file
+   subroutine build(scanner, content, mesh, error)
+      type(gmsh_scanner_t), intent(in) :: scanner !< for messages
       type(content_t), intent(inout) :: content
       type(mesh_t), intent(out) :: mesh
       type(error_t), allocatable, intent(inout) :: error
       integer, allocatable :: order(:), number(:)
       integer, allocatable :: triangles(:, :)
       logical, allocatable :: used(:)
-      integer :: i, k, e, m, position
+      integer :: i, k, e, m
 
+      call check_entities(scanner, content, error)
       order = sorted_order(content%node_tags)
       content%node_tags = content%node_tags(order)
       content%coordinates = content%coordinates(:, order)
-      do i = 2, size(order)
-         if (content%node_tags(i) /= content%node_tags(i - 1)) cycle
-         call raise(error, status_input_error, file//': two nodes have the tag '//tag_text(content%node_tags(i)))
-         return
-      end do
       allocate (used(size(order)), source=.false.)
-      allocate (triangles(3, size(content%triangles, 2)))
-      do e = 1, size(triangles, 2)
-         do k = 1, 3
-            position = position_in_sorted(content%node_tags, content%triangles(k, e))
-            if (position == 0) then
-               call raise(error, status_input_error, file//': a triangle refers to the node ' &
-                  //tag_text(content%triangles(k, e))//', which does not exist')
-               return
-            end if
-            triangles(k, e) = position
-            used(position) = .true.
+      allocate (triangles(3, size(content%elements(2)%tags)))
+      do m = 0, 2
+         do e = 1, size(content%elements(m)%tags)
+            do k = 1, m + 1
+               i = position_in_sorted(content%node_tags, content%elements(m)%nodes(k, e))
+               if (i == 0) call scanner%complain('element '//tag_text(content%elements(m)%tags(e))//' refers to the node ' &
+                  //tag_text(content%elements(m)%nodes(k, e))//', which does not exist', error, content%elements(m)%places(e))
+               if (allocated(error)) return
+               if (m < 2) cycle
+               triangles(k, e) = i
+               used(i) = .true.
+            end do
          end do
       end do
       allocate (number(size(order)), source=0)
@@ -102,11 +99,45 @@ contains
          end associate
       end do
       call new_mesh(mesh, content%coordinates(:, pack([(i, i=1, size(order))], used)), triangles)
+      mesh%node_tags = pack(content%node_tags, used)
+      mesh%element_tags = content%elements(2)%tags
       do i = 1, size(content%membership, 2)
-         call add_sets(file, content, number, content%membership(:, i), mesh, error)
+         call add_sets(scanner%file, content, number, content%membership(:, i), mesh, error)
          if (allocated(error)) return
       end do
+      call name_empty_groups(content, mesh)
    end subroutine build
+
+   !> Elements of an entity that the file does not describe would be left out of the physical groups without a word.
+   subroutine check_entities(scanner, content, error)
+      type(gmsh_scanner_t), intent(in) :: scanner
+      type(content_t), intent(in) :: content
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+      if (.not. allocated(content%entities)) return
+      do i = 1, size(content%blocks)
+         associate (b => content%blocks(i), known => content%entities)
+            if (any(known(1, :) == b%dimension .and. known(2, :) == b%entity)) cycle
+            call scanner%complain('these elements belong to the entity '//text_of(b%entity)//' of dimension ' &
+               //text_of(b%dimension)//', which $Entities does not have', error, b%place)
+            return
+         end associate
+      end do
+   end subroutine check_entities
+
+   !> Physical groups that have a name but no elements: no set, but worth a word when one asks for them.
+   subroutine name_empty_groups(content, mesh)
+      type(content_t), intent(in) :: content
+      type(mesh_t), intent(inout) :: mesh
+      integer :: i
+      mesh%empty_sets = ''
+      do i = 1, size(content%physical)
+         associate (name => content%physical(i)%name)
+            if (find_node_set(mesh, name) == 0 .and. find_element_set(mesh, name) == 0) mesh%empty_sets = mesh%empty_sets &
+               //'"'//name//'"'
+         end associate
+      end do
+   end subroutine name_empty_groups
 
    !> Enter the elements of one entity into the sets of one of its physical groups.
    subroutine add_sets(file, content, number, membership, mesh, error)
@@ -126,9 +157,10 @@ contains
             if (b%dimension /= membership(1) .or. b%entity /= membership(2)) cycle
             select case (membership(1))
             case (0)
-               call add_node_set(mesh, name, reshape(mesh_numbers(content%points(:, b%first:b%last)), [b%last - b%first + 1]))
+               call add_node_set(mesh, name, reshape(mesh_numbers(content%elements(0)%nodes(:, b%first:b%last)), &
+                  [b%last - b%first + 1]))
             case (1)
-               call add_edge_set(mesh, name, mesh_numbers(content%lines(:, b%first:b%last)))
+               call add_edge_set(mesh, name, mesh_numbers(content%elements(1)%nodes(:, b%first:b%last)))
             case (2)
                call add_element_set(mesh, name, [(k, k=b%first, b%last)])
             end select
@@ -170,12 +202,4 @@ contains
       end do
       name = trim(kinds(dimension))//'_'//text_of(tag)
    end function group_name
-
-   pure function tag_text(tag) result(text)
-      integer(i8), intent(in) :: tag
-      character(len=:), allocatable :: text
-      character(len=24) :: buffer
-      write (buffer, '(i0)') tag
-      text = trim(buffer)
-   end function tag_text
 end module finshell_gmsh

@@ -22,6 +22,8 @@ module finshell_gmsh_scanner
       procedure :: take_size
       procedure :: take_real
       procedure :: skip_section
+      procedure :: end_section
+      procedure :: place
       procedure :: complain
    end type gmsh_scanner_t
 
@@ -151,7 +153,13 @@ contains
       call self%take_word(word, error)
       if (allocated(error)) return
       call parse_integer(word, number, ok)
-      if (.not. ok) call self%complain("found '"//shortened(word)//"' where an integer is expected", error)
+      if (ok) return
+      if (index(word, '$End') == 1) then
+         call self%complain("found '"//shortened(word)//"' where an integer is expected: the section holds less than it " &
+            //'announces', error)
+      else
+         call self%complain("found '"//shortened(word)//"' where an integer is expected", error)
+      end if
    end function text_integer
 
    logical function has_bytes(self, n, error)
@@ -183,20 +191,54 @@ contains
       self%at = self%at + length - 1 + len('$End'//name)
    end subroutine skip_section
 
+   !> Take `$End<name>`, which must come next: a section holds what it announces and no more.
+   subroutine end_section(self, name, error)
+      class(gmsh_scanner_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: length
+
+      if (allocated(error)) return
+      if (self%at_end()) then
+         call self%complain('the section $'//name//' is not closed by $End'//name, error)
+         return
+      end if
+      length = min(len('$End'//name), len(self%bytes) - self%at + 1)
+      if (self%bytes(self%at:self%at + length - 1) == '$End'//name) then
+         self%at = self%at + length
+         if (self%at > len(self%bytes)) return
+         if (is_blank(self%bytes(self%at:self%at)) .or. self%bytes(self%at:self%at) == achar(10)) return
+      end if
+      if (self%binary) then
+         call self%complain('$End'//name//' is expected here: the section $'//name//' holds more than it announces, or less', error)
+      else
+         length = scan(self%bytes(self%at:), achar(10)) - 1
+         if (length < 0) length = len(self%bytes) - self%at + 1
+         call self%complain("found '"//shortened(trim(self%bytes(self%at:self%at + length - 1)))//"' where $End"//name &
+            //' is expected: the section $'//name//' holds more than it announces', error)
+      end if
+   end subroutine end_section
+
+   !> Where the scanner is, for `complain`: the line, in a binary file the byte.
+   pure integer function place(self)
+      class(gmsh_scanner_t), intent(in) :: self
+      place = merge(self%at, self%line, self%binary)
+   end function place
+
    !> Raise an error with the file and the line (of a binary file: the byte); `line` if it is not the current one.
    subroutine complain(self, message, error, line)
       class(gmsh_scanner_t), intent(in) :: self
       character(len=*), intent(in) :: message
       type(error_t), allocatable, intent(inout) :: error
       integer, intent(in), optional :: line
-      integer :: place
+      integer :: where_it_is
       if (allocated(error)) return
-      place = self%line
-      if (present(line)) place = line
+      where_it_is = self%place()
+      if (present(line)) where_it_is = line
       if (self%binary) then
-         call raise(error, status_input_error, self%file//': byte '//text_of(self%at)//': '//message)
+         call raise(error, status_input_error, self%file//': byte '//text_of(where_it_is)//': '//message)
       else
-         call raise(error, status_input_error, self%file//':'//text_of(place)//': '//message)
+         call raise(error, status_input_error, self%file//':'//text_of(where_it_is)//': '//message)
       end if
    end subroutine complain
 

@@ -78,6 +78,10 @@ contains
       if (i == 0) then
          guess = nearest_name(name, names)
          if (guess /= '') guess = ", did you mean '"//guess//"'?"
+         if (allocated(mesh%empty_sets)) then
+            if (index(mesh%empty_sets, '"'//name//'"') > 0) guess = ' (the mesh file has a physical group of this name, but it ' &
+               //'has no elements)'
+         end if
          call complain_about(group, key, 'there is no '//what//" '"//name//"'"//guess//'; the mesh has: '//names, error)
       else if (members == 0) then
          call complain_about(group, key, 'the '//what//" '"//name//"' is empty", error)

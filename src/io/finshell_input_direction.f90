@@ -41,7 +41,8 @@ contains
       else if (has(group, 'direction_file')) then
          field = 'file'
          key = 'direction_file'
-         call read_vectors(group, folder//file, size(structure%element_section), given, error)
+         if (index(file, '/') /= 1) file = folder//file
+         call read_vectors(group, file, size(structure%element_section), given, error)
          if (allocated(error)) return
       else if (has(group, 'direction_axis') .or. field /= '') then
          if (field == '') field = 'circumferential'
@@ -105,7 +106,7 @@ contains
       end if
    end subroutine check_combination
 
-   !> A file of three numbers for each element, separated by blanks; # begins a comment.
+   !> A file of lines with the three numbers of one element or several, separated by blanks; # begins a comment.
    subroutine read_vectors(group, file, elements, vectors, error)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: file
@@ -130,7 +131,14 @@ contains
       at = 1
       do while (at <= len(text))
          if (text(at:at) == '#') at = at + index(text(at:), achar(10)) - 1
-         if (text(at:at) == achar(10)) line = line + 1
+         if (text(at:at) == achar(10)) then
+            if (mod(found, 3) /= 0) then
+               call complain_about(group, 'direction_file', file//':'//text_of(line)//': this line leaves element ' &
+                  //text_of(found/3 + 1)//' with '//text_of(mod(found, 3))//' of its three numbers', error)
+               return
+            end if
+            line = line + 1
+         end if
          if (text(at:at) == achar(10) .or. is_blank(text(at:at))) then
             at = at + 1
             cycle
@@ -140,13 +148,17 @@ contains
             at = at + 1
          end do
          found = found + 1
-         if (found > 3*elements) cycle
+         if (found > 3*elements) then
+            call complain_about(group, 'direction_file', file//':'//text_of(line)//': there are more numbers than three for ' &
+               //'each of the '//text_of(elements)//' elements of the mesh', error)
+            return
+         end if
          call parse_real(text(first:at - 1), vectors(mod(found - 1, 3) + 1, (found - 1)/3 + 1), ok)
          if (ok) cycle
          call complain_about(group, 'direction_file', file//':'//text_of(line)//": '"//text(first:at - 1)//"' is no number", error)
          return
       end do
-      if (found /= 3*elements) call complain_about(group, 'direction_file', file//' has '//text_of(found) &
+      if (found < 3*elements) call complain_about(group, 'direction_file', file//' has '//text_of(found) &
          //' numbers; expected three for each of the '//text_of(elements)//' elements of the mesh', error)
    end subroutine read_vectors
 

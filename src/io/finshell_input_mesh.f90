@@ -2,7 +2,8 @@
 module finshell_input_mesh
    use finshell_kinds, only: wp, dp
    use finshell_error, only: error_t, text_of
-   use finshell_mesh, only: mesh_t, add_node_set, add_element_set, find_node_set, find_element_set, mesh_size, check_mesh
+   use finshell_mesh, only: mesh_t, add_node_set, add_element_set, find_node_set, find_element_set, mesh_size
+   use finshell_mesh_check, only: check_mesh
    use finshell_mesh_grid, only: diagonal_names
    use finshell_mesh_disk, only: disk_mesh
    use finshell_mesh_rectangle, only: rectangle_mesh, quadrilateral_mesh

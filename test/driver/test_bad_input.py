@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """Wrong input is answered with file, line, what was found and what was expected, and with exit code 2; nothing is lost."""
 import os
+import shutil
 import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
 PROGRAM = os.environ["FINSHELL_BIN"]
+DATA = Path(os.environ["FINSHELL_SOURCE_DIR"]) / "test" / "data"
 GOOD = """&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 4, 1 /
 &material name = 'rubber' law = 'neo_hookean' mu = 1.0e6 /
 &section material = 'rubber' thickness = 0.1 /
@@ -117,6 +119,19 @@ class BadInput(unittest.TestCase):
         mesh = gmsh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [(1, 2, 3), (2, 3, 4)])
         (Path(self.folder.name) / "bad.msh").write_text(mesh)
         self.refuse(self.swap("generator = 'rectangle' lengths = 10.0, 1.0 divisions = 4, 1", "file = 'bad.msh'"), "bad.msh")
+
+    def test_meshes_that_contradict_themselves(self):
+        for name, words in (("elcountless", ("elcountless.msh:88: there are 25 elements", "announces 26")),
+                            ("lineoff", ("edge set 'c'", "node 1 to node 21", "no edge of an element")),
+                            ("flipped", ("element 1 (tag 2) and element 4 (tag 5)", "opposite orientation", "ReverseMesh"))):
+            shutil.copy(DATA / (name + ".msh"), self.folder.name)
+            self.refuse(self.swap("generator = 'rectangle' lengths = 10.0, 1.0 divisions = 4, 1", f"file = '{name}.msh'"), "model.nml:1", *words)
+
+    def test_empty_physical_group(self):
+        text = gmsh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(1, 2, 3)]).replace('1\n2 1 "sheet"', '2\n2 1 "sheet"\n1 7 "rim"')
+        (Path(self.folder.name) / "rim.msh").write_text(text)
+        self.refuse(self.swap("generator = 'rectangle' lengths = 10.0, 1.0 divisions = 4, 1", "file = 'rim.msh'").replace("edge_x0", "rim"),
+                    "model.nml:4", "'rim'", "no elements")
 
     def test_duplicate_node(self):
         mesh = gmsh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0)], [(1, 2, 3), (5, 4, 3)])
