@@ -14,6 +14,7 @@ module finshell_input
    use finshell_input_support, only: read_support, check_supports
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
+   use finshell_input_way, only: check_ways
    use finshell_input_output, only: read_monitor, read_output
    implicit none
    private
@@ -228,6 +229,7 @@ contains
          end select
          if (allocated(error)) return
       end do
+      call check_ways(namelist, input%steps, any(input%structure%loads%constant) .or. any(input%structure%supports%constant), error)
    end subroutine translate_loads_and_steps
 
    subroutine translate_output(namelist, input, error)

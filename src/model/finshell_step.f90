@@ -7,7 +7,7 @@ module finshell_step
    private
    public :: step_t, convergence_t, convergence_preset
    public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
-   public :: prescribes_monitored
+   public :: prescribes_monitored, off_the_way
 
    !> What is prescribed in an increment: the load factor; a displacement; the length of the increment; an enclosed volume.
    integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3, control_volume = 4
@@ -94,6 +94,28 @@ contains
       logical :: yes
       yes = control == control_displacement .or. control == control_volume
    end function prescribes_monitored
+
+   !> Position of the first value that does not lie further on the way than the one before it (0: all do): a quantity that is
+   !> prescribed does not turn round by itself. `start`: where the way begins, if that is known; the first value may be there.
+   pure function off_the_way(values, start) result(at)
+      real(wp), intent(in) :: values(:)
+      real(wp), intent(in), optional :: start
+      integer :: at
+      real(wp), parameter :: rounding = 1.0e-10_wp
+      real(wp) :: way
+      integer :: i
+      at = 0
+      way = 0
+      if (size(values) == 0) return
+      if (present(start)) way = values(1) - start
+      if (abs(way) <= rounding*maxval(abs(values))) way = 0
+      do i = 2, size(values)
+         if (.not. abs(way) > 0) way = values(i) - values(i - 1)
+         if ((values(i) - values(i - 1))*way > 0) cycle
+         at = i
+         return
+      end do
+   end function off_the_way
 
    pure function control_name(control) result(name)
       integer, intent(in) :: control

@@ -24,6 +24,7 @@ module finshell_newton
       real(wp) :: correction = huge(1.0_wp)
       integer :: first_pivots = -1 !< negative pivots of the first tangent
       integer :: first_determinant = 0
+      real(wp) :: first_change = 0 !< of the load factor, in the first correction
       real(wp), allocatable :: x_t(:) !< change of the unknowns per load factor, last iteration; unallocated in load control
       integer :: regularised = 0 !< iterations with a stand-in stiffness
       integer(i4) :: code = status_ok
@@ -69,6 +70,7 @@ contains
          if (result%code == status_singular_matrix .and. problem%soft) &
             call stand_in(problem, constraint, x, change, complete, result)
          if (result%code /= status_ok) return
+         if (result%iterations == 1) result%first_change = change
          if (problem%regularisation > 0) then
             complete = .false.
             result%regularised = result%regularised + 1

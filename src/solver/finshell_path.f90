@@ -22,6 +22,7 @@ module finshell_path
    use finshell_stability, only: stability_t, find_stability, event_between, no_event, bifurcation_point, limit_and_bifurcation
    use finshell_locate, only: locate, location_t
    use finshell_caution, only: objection, grip_of, grip_is_back
+   use finshell_progress, only: progress_t
    implicit none
    private
    public :: path_t
@@ -33,8 +34,7 @@ module finshell_path
       type(stability_t) :: stability !< of the last equilibrium state
       integer, private :: bifurcations = 0 !< located in this step
       real(wp), private :: grip = 0 !< of the control before arc-length stood in for it
-      real(wp), private :: nearest = huge(1.0_wp) !< to the end of the step so far
-      integer, private :: stalled = 0 !< increments since then
+      type(progress_t), private :: progress
    contains
       procedure :: follow
       procedure, private :: bring_in_constants
@@ -76,14 +76,14 @@ contains
       if (allocated(error)) return
       self%substitute = .false.
       self%bifurcations = 0
-      self%nearest = huge(1.0_wp)
-      self%stalled = 0
+      call self%progress%begin(problem%state)
       if (allocated(self%branch)) deallocate (self%branch)
       if (continues(self%history, step, targets, problem%state%load_factor)) then
          self%history%monitored = 0
          self%size = self%history%length(1)
       else
          call self%history%forget()
+         self%stability%sense = 0 ! a step may go back the way the one before has come
          self%size = targets%first_size
          self%load_weight = 0
          self%length_per_factor = 1
@@ -123,7 +123,9 @@ contains
       problem%constant_phase = .true.
       call new_targets(targets, ramp, problem%state%constant_factor, 0.0_wp, error)
       call self%history%forget()
+      self%stability%sense = 0
       self%size = targets%first_size
+      if (.not. allocated(error)) call self%progress%begin(problem%state)
       if (.not. allocated(error)) call self%advance(problem, ramp, targets, observer, error)
       problem%constant_phase = .false.
       call self%history%forget()
@@ -148,13 +150,10 @@ contains
 
       done = 0
       do while (.not. targets%reached())
-         if (done >= step%maximum_increments) then
-            call raise(error, status_not_converged, where_text(step, problem)//': the step is not finished after ' &
-               //text_of(done)//' increments, the most that are allowed')
-         else if (step%patience > 0 .and. self%stalled >= step%patience) then
-            call raise(error, status_not_converged, where_text(step, problem)//': the path wanders: in '//text_of(self%stalled) &
-               //' increments it has not come nearer to the end of the step than before')
-         end if
+         complaint = self%progress%complaint(step)
+         if (done >= step%maximum_increments) complaint = 'the step is not finished after '//text_of(done) &
+                                                          //' increments, the most that are allowed'
+         if (complaint /= '') call raise(error, status_not_converged, where_text(step, problem)//': '//complaint)
          if (allocated(error)) return
          cuts = 0
          record = record_t()
@@ -287,7 +286,7 @@ contains
       type(newton_result_t), intent(in) :: result
       type(record_t), intent(in) :: record !< iterations, cuts and event of the increment
       real(wp), allocatable :: x(:)
-      real(wp) :: change, moved, length, reached, distance
+      real(wp) :: change, moved, length, reached
       real(dp) :: now
       logical :: first
 
@@ -313,10 +312,7 @@ contains
       self%iterations = self%iterations + record%iterations
       self%cuts = self%cuts + record%cuts
       self%mean_levels = self%mean_levels + ([problem%force_level, problem%moment_level] - self%mean_levels)/self%increments
-      distance = targets%distance(problem%factor(), reached)
-      self%stalled = self%stalled + 1
-      if (distance < self%nearest) self%stalled = 0
-      self%nearest = min(self%nearest, distance)
+      call self%progress%note(problem%state, targets, problem%factor(), reached, record%negative_pivots)
       call cpu_time(now)
       self%last = record
       self%last%increment = problem%state%increment

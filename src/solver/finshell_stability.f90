@@ -20,7 +20,7 @@ module finshell_stability
       logical :: known = .false.
       integer :: negative_pivots = -1 !< -1: not known (unsymmetric matrix)
       integer :: determinant_sign = 0 !< 0: not known
-      real(wp) :: sense = 0 !< of the load rate along the path: 1 rising, -1 falling, 0 not known
+      real(wp) :: sense = 0 !< of the load rate along the path: 1 rising, -1 falling, 0 not known: the way is not chosen yet
       real(wp) :: change = 0 !< of the load factor in the increment that led here
    end type stability_t
 
@@ -49,7 +49,8 @@ contains
       call problem%increment(x)
       if (allocated(result%x_t)) after%sense = sign(1.0_wp, arc_product(x, result%x_t, problem%field))
       if (first .and. .not. before%known .and. after%known) &
-         before = stability_t(.true., result%first_pivots, result%first_determinant, sign(1.0_wp, after%change))
+         before = stability_t(.true., result%first_pivots, result%first_determinant)
+      if (.not. abs(before%sense) > 0) before%sense = sign(1.0_wp, result%first_change)
       if (event_between(before, after) == no_event) return
       if (allocated(problem%stress)) deallocate (problem%stress)
       call problem%evaluate(.true., error)

@@ -4,7 +4,7 @@ module finshell_targets
    use finshell_kinds, only: wp, dp
    use finshell_status, only: status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
-   use finshell_step, only: step_t, control_load, control_displacement, control_volume, prescribes_monitored
+   use finshell_step, only: step_t, control_load, control_displacement, control_volume, prescribes_monitored, off_the_way
    implicit none
    private
    public :: targets_t, new_targets
@@ -73,6 +73,10 @@ contains
          call raise(error, status_invalid_argument, name//': load control needs a final load factor')
          return
       end if
+      if (step%control == control_load) call check_way(name, self%level, factor, 'load factor', error)
+      if (prescribes_monitored(step%control)) &
+         call check_way(name, self%value, monitored, merge('volume      ', 'displacement', self%of_volume), error)
+      if (allocated(error)) return
 
       if (prescribes_monitored(step%control)) then
          way = self%value(size(self%value)) - monitored
@@ -90,6 +94,19 @@ contains
       if (.not. self%first_size > 0) self%first_size = 1
       call self%pass(factor, monitored)
    end subroutine new_targets
+
+   !> Refuse values that a prescribed quantity could meet only by turning round.
+   subroutine check_way(name, values, start, quantity, error)
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: values(:), start
+      character(len=*), intent(in) :: quantity
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: at
+      at = off_the_way(values, start)
+      if (at > 0) call raise(error, status_invalid_argument, name//': '//trim(quantity)//' '//text_of(real(values(at), dp)) &
+         //' does not lie on the way from '//text_of(real(start, dp))//' over '//text_of(real(values(at - 1), dp)) &
+         //': it turns round; a step goes one way, take another step for the way back')
+   end subroutine check_way
 
    pure function has_level(self) result(yes)
       class(targets_t), intent(in) :: self
