@@ -157,8 +157,9 @@ void finshell_section_destroy(finshell_section *section);
  *   force [n][18]          internal force
  *   tangent [n][18][18]    symmetric, both triangles
  *   codes [n]              per element
- *   threads                > 0: so many (at most 256); 0: as OpenMP chooses, 1 inside a parallel region. Another number than 1
- *                          uses OpenMP's threads, whose stay after the call is OpenMP's affair.
+ *   threads                > 0: so many (at most 256); 0: as OpenMP chooses, but no more than one for each 256 elements, and 1
+ *                          inside a parallel region. Another number than 1 uses OpenMP's threads, whose stay after the call
+ *                          is OpenMP's affair.
  * Elements are computed eight at a time: a call for one element costs what a call for eight does.
  * Errors: all codes. Since 0.1. */
 int32_t finshell_evaluate(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,

@@ -2,6 +2,7 @@
 module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_kinds, only: dp, wp
+   use finshell_assembly, only: paying_threads
    use finshell_blas_threads, only: set_blas_threads
    use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
@@ -12,7 +13,7 @@ module finshell_driver
    use finshell_reporter, only: reporter_t
    use finshell_step, only: control_linear, control_buckling
    use finshell_version, only: version
-!$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
+!$ use omp_lib, only: omp_set_num_threads
    implicit none
    private
    public :: main
@@ -182,11 +183,8 @@ contains
    !> As many threads as the input asks for, else as OpenMP would but no more than pay: waiting threads burn CPU time.
    subroutine choose_threads(wanted, elements)
       integer, intent(in) :: wanted, elements
-      integer, parameter :: elements_per_thread = 2000
       integer :: threads
-      threads = 1
-!$    threads = omp_get_max_threads()
-      threads = min(threads, 1 + elements/elements_per_thread)
+      threads = paying_threads(elements)
       if (wanted > 0) threads = wanted
 !$    call omp_set_num_threads(threads)
       call set_blas_threads(threads)

@@ -18,6 +18,8 @@ module finshell_batch
 
    !> Resultants of an element at its three in-plane points: N11, N22, N12, M11, M22, M12 of each point in turn.
    integer, parameter :: n_resultants = 18
+   !> Blocks a thread must have to pay (some 100 us of work; waking a team takes about 10).
+   integer, parameter :: blocks_per_thread = 32
 
    !> A block of elements, side by side.
    type :: block_t
@@ -43,7 +45,7 @@ contains
       integer(i4), intent(out) :: status(n) !< per element, see finshell_status
       real(wp), intent(out), optional :: energy(n), force(18, n), tangent(18, 18, n)
       real(wp), intent(in), optional :: direction(3, n) !< material direction 1, projected on the element; default global x
-      integer, intent(in), optional :: threads !< default: OpenMP's, or 1 inside a parallel region
+      integer, intent(in), optional :: threads !< default: OpenMP's, but no more than pay; 1 inside a parallel region
       !> Quaternions that rotation_increment starts from: R = exp(rotation) state. Required by it, not looked at otherwise.
       real(wp), intent(in), optional :: state(4, 3, n)
       !> For the geometric part of the tangent instead of the elements' own (mixed-integration-point Newton, `predict_resultants`).
@@ -62,7 +64,7 @@ contains
       if (present(tangent)) level = level_tangent
       blocks = (n + lanes - 1)/lanes
       team = 1
-!$    if (.not. omp_in_parallel()) team = omp_get_max_threads()
+!$    if (.not. omp_in_parallel()) team = min(omp_get_max_threads(), 1 + blocks/blocks_per_thread)
       if (present(threads)) team = max(1, threads)
       if (team == 1 .or. blocks == 1) then
          do b = 1, blocks

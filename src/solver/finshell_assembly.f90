@@ -15,7 +15,7 @@ module finshell_assembly
    use finshell_status, only: status_ok, status_invalid_argument
    implicit none
    private
-   public :: assembly_t, new_assembly, assemble, predict_stress, add_element_contributions
+   public :: assembly_t, new_assembly, assemble, predict_stress, add_element_contributions, paying_threads
 
    !> Elements are kept in the order of their patches: "slot" s holds element `patches%element(s)`.
    type :: assembly_t
@@ -88,6 +88,14 @@ contains
       if (elements < 2000) patch_size = 8
    end function patch_size
 
+   !> As many threads as OpenMP would take, but no more than pay: waiting threads burn CPU time.
+   integer function paying_threads(elements)
+      integer, intent(in) :: elements
+      integer, parameter :: elements_per_thread = 2000
+      paying_threads = 1
+      !$ paying_threads = min(omp_get_max_threads(), 1 + elements/elements_per_thread)
+   end function paying_threads
+
    !> Evaluate all elements and add them up. Without `values` only forces are evaluated, which is cheaper.
    subroutine assemble(self, sections, coordinates, u, q, internal_force, status, bad_element, values, energy, material_axes, &
                        threads, resultants)
@@ -102,7 +110,7 @@ contains
       real(wp), optional, intent(out) :: values(:) !< (entries of the pattern) tangent
       real(wp), optional, intent(out) :: energy !< strain energy
       real(wp), optional, intent(in) :: material_axes(:, :) !< (3, elements) material direction 1
-      integer, optional, intent(in) :: threads !< default: as OpenMP would
+      integer, optional, intent(in) :: threads !< default: `paying_threads`
       !> (n_resultants, slots) from `predict_stress`: for the geometric part of the tangent; unallocated counts as absent.
       real(wp), optional, intent(in) :: resultants(:, :)
       real(wp), allocatable :: patch_energy(:)
@@ -115,8 +123,7 @@ contains
       most = 0
       if (self%elements > 0) most = maxval(self%patches%first(2:) - self%patches%first(:size(self%patches%first) - 1))
       allocate (patch_energy(size(self%patches%group)))
-      team = 1
-      !$ team = omp_get_max_threads()
+      team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
 
       !$omp parallel num_threads(team) default(shared) private(x, v, r, f, k, w, axes, stress, element_status, p, c, i, j, s, n)
@@ -185,18 +192,21 @@ contains
    end subroutine assemble
 
    !> Resultants of all elements, linearised at this state for nodal displacements and spins (mixed-integration-point Newton).
-   subroutine predict_stress(self, sections, coordinates, u, q, increment, resultants, material_axes)
+   subroutine predict_stress(self, sections, coordinates, u, q, increment, resultants, material_axes, threads)
       type(assembly_t), intent(in) :: self
       type(section_t), intent(in) :: sections(:)
       real(wp), intent(in) :: coordinates(:, :), u(:, :), q(:, :) !< as for `assemble`
       real(wp), intent(in) :: increment(:, :) !< (6, nodes) displacements and spins, global axes
       real(wp), intent(out) :: resultants(:, :) !< (n_resultants, slots): in the order of the assembly
       real(wp), optional, intent(in) :: material_axes(:, :)
+      integer, optional, intent(in) :: threads !< default: `paying_threads`
       real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :)
       integer(i4), allocatable :: element_status(:)
-      integer :: i, j, n, p, s
+      integer :: i, j, n, p, s, team
 
-      !$omp parallel do schedule(dynamic) default(shared) private(x, v, r, d, axes, element_status, i, j, n, s)
+      team = paying_threads(self%elements)
+      if (present(threads)) team = max(1, threads)
+      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, element_status, i, j, n, s)
       do p = 1, size(self%patches%group)
          s = self%patches%first(p) - 1
          n = self%patches%first(p + 1) - self%patches%first(p)
@@ -229,14 +239,13 @@ contains
       real(wp), intent(inout) :: external_force(:, :) !< (6, nodes) force is added; global axes
       real(wp), optional, intent(in) :: stiffness(:, :, :) !< (9 or 18, 9 or 18, size(elements)) d force / d unknowns
       real(wp), optional, intent(inout) :: values(:) !< stiffness is subtracted
-      integer, optional, intent(in) :: threads !< default: as OpenMP would
+      integer, optional, intent(in) :: threads !< default: `paying_threads`
       integer(i4), allocatable :: first(:), fill(:), order(:)
       real(wp) :: k(18, 18)
       integer :: local(18)
       integer :: c, i, j, l, p, s, team, m
 
-      team = 1
-      !$ team = omp_get_max_threads()
+      team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
       m = size(force, 1)
       local(:m) = [(merge(6*((i - 1)/3) + mod(i - 1, 3) + 1, i, m == 9), i=1, m)]
