@@ -6,12 +6,13 @@ module finshell_equations
    use finshell_kinds, only: wp, i1
    use finshell_status, only: status_input_error, status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
+   use finshell_rotation, only: tangent_operator
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
    use finshell_support, only: support_t, node_support_t, constrain_displacement, constrain_rotation, settle_axes, &
       support_components, support_clamp, support_hinge, support_symmetry, axes_global, axes_given, axes_cylindrical
    implicit none
    private
-   public :: equations_t, new_equations, gather, scatter
+   public :: equations_t, new_equations, motion_at, gather, scatter
    public :: field_displacement, field_rotation
 
    integer(i1), parameter :: field_displacement = 1_i1, field_rotation = 2_i1
@@ -223,6 +224,19 @@ contains
          self%turned(k) = self%supported(i)%rotations == 3
       end do
    end subroutine find_motion
+
+   !> Displacement and spin of a moved node per change of a factor. Where the whole rotation is given by a vector that two factors
+   !> scale, the spin is not the vector of the one that changes.
+   pure function motion_at(self, i, active, load_factor, constant_factor) result(motion)
+      type(equations_t), intent(in) :: self
+      integer, intent(in) :: i !< index into moved
+      integer, intent(in) :: active !< factor that changes: 1 load factor, 2 constant factor
+      real(wp), intent(in) :: load_factor, constant_factor
+      real(wp) :: motion(6)
+      motion = self%motion(:, i, active)
+      if (self%turned(i)) motion(4:6) = matmul(tangent_operator(load_factor*self%motion(4:6, i, 1) &
+                                                                + constant_factor*self%motion(4:6, i, 2)), motion(4:6))
+   end function motion_at
 
    !> Global nodal vectors (6, nodes) to the equations: components in node axes, held ones left out.
    pure subroutine gather(self, nodal, x)

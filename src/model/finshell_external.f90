@@ -21,8 +21,8 @@ module finshell_external
       integer, allocatable :: elements(:)
       real(wp) :: pressure = 0 !< for a factor of 1
       integer :: scaling = 1 !< 1: with the load factor, 2: with the constant factor
-      logical :: symmetric = .false. !< form of the load stiffness
-      real(wp) :: origin(3) = 0 !< of the symmetric form
+      logical :: symmetric = .false. !< the load stiffness is symmetric when assembled
+      real(wp) :: origin(3) = 0 !< of the enclosed volume
    end type pressure_t
 
    type :: external_t

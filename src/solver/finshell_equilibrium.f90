@@ -178,7 +178,8 @@ contains
       if (tangent) then
          call add_turning(self%external, self%internal_force, self%assembly, self%values)
          ! Moving the held components by the factor puts the structure out of balance too.
-         call add_motion(self%structure, self%equations, self%moved_of, self%moved_elements, self%state, active, out_of_balance)
+         call add_motion(self%structure, self%equations, self%moved_of, self%moved_elements, self%state, active, &
+            self%internal_force, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &

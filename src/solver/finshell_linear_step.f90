@@ -5,9 +5,9 @@
 module finshell_linear_step
    use finshell_kinds, only: wp, dp
    use finshell_error, only: error_t
-   use finshell_equations, only: scatter
+   use finshell_equations, only: motion_at, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_load_terms, only: add_pressures, add_stiffness_times
+   use finshell_load_terms, only: add_pressures, add_stiffness_times, turn_moments
    use finshell_observer, only: observer_t, record_t
    use finshell_quaternion, only: update_quaternion
    use finshell_state, only: state_t, linear_change_t
@@ -66,12 +66,44 @@ contains
       if (allocated(error)) return
       allocate (motion(6, size(problem%equations%number, 2)))
       call scatter(problem%equations, x, motion)
+      call turn_reactions(problem, b, x, motion, error)
+      if (allocated(error)) return
       do i = 1, size(problem%equations%moved)
          node = problem%equations%moved(i)
-         motion(:, node) = motion(:, node) + load_change*problem%equations%motion(:, i, 1) &
-            + constant_change*problem%equations%motion(:, i, 2)
+         associate (e => problem%equations, load_factor => problem%state%load_factor, constant => problem%state%constant_factor)
+            motion(:, node) = motion(:, node) + load_change*motion_at(e, i, 1, load_factor, constant) &
+               + constant_change*motion_at(e, i, 2, load_factor, constant)
+         end associate
       end do
    end subroutine linear_motion
+
+   !> Where one rotation of a node is held and two are free, the reaction moment turns with the node. The matrix, symmetric, leaves
+   !> that out; as it is small, a few more solutions bring it in.
+   subroutine turn_reactions(problem, b, x, motion, error)
+      type(equilibrium_t), intent(inout) :: problem
+      real(wp), intent(in) :: b(:)
+      real(wp), intent(inout) :: x(:), motion(:, :) !< (6, nodes)
+      type(error_t), allocatable, intent(out) :: error
+      integer, parameter :: most = 20
+      real(wp), allocatable :: moments(:, :), turned(:, :), t(:), y(:)
+      integer :: i
+      moments = problem%internal_force
+      do i = 1, size(moments, 2)
+         if (count(problem%equations%number(4:6, i) > 0) /= 2 .or. any(problem%external%turning_nodes == i)) moments(:, i) = 0
+      end do
+      if (.not. any(abs(moments(4:6, :)) > 0)) return
+      allocate (t(size(x)), y(size(x)))
+      do i = 1, most
+         turned = 0*motion
+         call turn_moments(moments, -motion, turned)
+         call gather(problem%equations, turned, t)
+         call problem%solve(b + t, y, error)
+         if (allocated(error)) return
+         call scatter(problem%equations, y, motion)
+         if (norm2(y - x) <= 1.0e-13_wp*norm2(y)) return
+         x = y
+      end do
+   end subroutine turn_reactions
 
    !> Internal and external forces after the change (their difference: reactions), and the stored energy.
    subroutine change_forces(problem, load_change, constant_change, change)
@@ -84,6 +116,7 @@ contains
       before = problem%internal_force
       call add_stiffness_times(problem%structure, [(i, i=1, size(problem%structure%mesh%triangles, 2))], problem%state, &
                                change%motion, problem%internal_force)
+      call turn_moments(before, change%motion, problem%internal_force)
       change%energy = 0.5_wp*sum((before + problem%internal_force)*change%motion)
       ! Pressure forces are of second degree in the positions: the difference is their exact derivative.
       call unit_forces(0.0_wp, unit_force)

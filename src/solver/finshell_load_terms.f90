@@ -2,23 +2,26 @@
 !> moments, and the forces due to the motion of held nodes.
 module finshell_load_terms
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_rotation, only: spin
+   use finshell_rotation, only: cross_product, spin
    use finshell_batch, only: evaluate_elements, rotation_quaternion
    use finshell_pressure, only: follower_pressure
    use finshell_mesh, only: mesh_t
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t
-   use finshell_equations, only: equations_t
+   use finshell_equations, only: equations_t, motion_at
    use finshell_external, only: external_t
    use finshell_assembly, only: assembly_t, add_element_contributions
    implicit none
    private
-   public :: add_pressures, add_turning, add_motion, add_stiffness_times
+   public :: add_pressures, add_turning, turn_moments, add_motion, add_stiffness_times
 
 contains
 
    !> Pressures: force for a factor of 1 to unit_force. With values and rate: stiffness at the present factor to the matrix, and
    !> the force due to the motion of held nodes to rate.
+   !>
+   !> Always in the follower form: it is the pressure at held nodes too, so reactions are right. Where the symmetric form is
+   !> exact (finshell_pressure_region), the stiffness of the follower form becomes symmetric when it is assembled.
    subroutine add_pressures(loads, equations, moved_of, mesh, state, assembly, active, unit_force, values, rate)
       type(external_t), intent(in) :: loads
       type(equations_t), intent(in) :: equations
@@ -48,14 +51,14 @@ contains
             p = region%pressure
             if (present(values) .and. abs(factor) > 0) then
                allocate (stiffness(9, 9, n))
-               call follower_pressure(n, p, x, region%symmetric, region%origin, force, stiffness)
+               call follower_pressure(n, p, x, .false., region%origin, force, stiffness)
                stiffness = factor*stiffness
                call add_element_contributions(assembly, region%elements, force, unit_force(:, :, region%scaling), stiffness, values)
                if (present(rate)) call add_pressure_rate(mesh%triangles(:, region%elements), stiffness, equations, moved_of, &
                                                          active, rate)
                deallocate (stiffness)
             else
-               call follower_pressure(n, p, x, region%symmetric, region%origin, force)
+               call follower_pressure(n, p, x, .false., region%origin, force)
                call add_element_contributions(assembly, region%elements, force, unit_force(:, :, region%scaling))
             end if
             deallocate (x, p, force)
@@ -103,23 +106,36 @@ contains
       call add_element_contributions(assembly, loads%turning_elements, force, unused, stiffness, values)
    end subroutine add_turning
 
+   !> The moments of nodes turn with their spins: what the symmetric tangent leaves out of the change of the internal moments.
+   pure subroutine turn_moments(moments, motion, force)
+      real(wp), intent(in) :: moments(:, :) !< (6, nodes) internal forces and moments
+      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
+      real(wp), intent(inout) :: force(:, :) !< (6, nodes) change of the internal forces
+      integer :: i
+      do i = 1, size(motion, 2)
+         force(4:6, i) = force(4:6, i) - 0.5_wp*cross_product(moments(4:6, i), motion(4:6, i))
+      end do
+   end subroutine turn_moments
+
    !> Take the internal forces due to the motion of held nodes from rate.
-   subroutine add_motion(structure, equations, moved_of, elements, state, active, rate)
+   subroutine add_motion(structure, equations, moved_of, elements, state, active, internal_force, rate)
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       integer, intent(in) :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
       integer, intent(in) :: elements(:) !< those with a moved node
       type(state_t), intent(in) :: state
       integer, intent(in) :: active !< factor that changes: 1 load factor, 2 constant factor
+      real(wp), intent(in) :: internal_force(:, :) !< (6, nodes) at the state
       real(wp), intent(inout) :: rate(:, :) !< (6, nodes)
       real(wp), allocatable :: motion(:, :)
       integer :: i
       if (size(elements) == 0) return
       allocate (motion(6, size(moved_of)), source=0.0_wp)
       do i = 1, size(equations%moved)
-         motion(:, equations%moved(i)) = -equations%motion(:, i, active)
+         motion(:, equations%moved(i)) = -motion_at(equations, i, active, state%load_factor, state%constant_factor)
       end do
       call add_stiffness_times(structure, elements, state, motion, rate)
+      call turn_moments(internal_force, motion, rate)
    end subroutine add_motion
 
    !> Add the change of the internal forces of some elements with the motion of their nodes, linearised at a state.
