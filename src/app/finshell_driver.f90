@@ -4,6 +4,7 @@ module finshell_driver
    use finshell_kinds, only: dp, wp
    use finshell_assembly, only: paying_threads
    use finshell_blas_threads, only: set_blas_threads
+   use finshell_disk, only: write_failures_return
    use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t
@@ -141,6 +142,7 @@ contains
       integer :: i
 
       code = exit_input
+      call write_failures_return()
       call read_input(options%input, input, error)
       if (complain(error)) return
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))

@@ -2,8 +2,9 @@
 module finshell_reporter
    use, intrinsic :: iso_fortran_env, only: output_unit
    use finshell_kinds, only: wp
+   use finshell_disk, only: lock_t, remove_in_system, take_lock
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_error, only: error_t
+   use finshell_error, only: error_t, raise
    use finshell_field, only: field_t, increment_t, name_t
    use finshell_history, only: history_file_t
    use finshell_monitor, only: monitor_t, output_t
@@ -12,6 +13,7 @@ module finshell_reporter
    use finshell_results, only: results_file_t
    use finshell_stability, only: event_name, no_event
    use finshell_state, only: state_t
+   use finshell_status, only: status_io_error
    use finshell_step, only: control_linear, control_buckling
    use finshell_version, only: version
    implicit none
@@ -28,6 +30,8 @@ module finshell_reporter
       real(wp), allocatable :: levels(:) !< load factors at which fields are written in any case
       type(history_file_t) :: history
       type(results_file_t) :: results
+      type(lock_t) :: lock
+      character(len=:), allocatable :: base_name !< of all files
       logical :: quiet = .false.
       integer :: last_written = -1
       integer :: unstable = 0 !< increments with negative pivots
@@ -38,12 +42,14 @@ module finshell_reporter
       procedure :: open => open_reports
       procedure :: increment
       procedure :: finish
+      procedure, private :: create_files
       procedure, private :: write_fields
    end type reporter_t
 
 contains
 
-   !> Create the files NAME.history.csv, NAME.vtkhdf and NAME.xdmf; the result file starts with the unloaded state.
+   !> Create the files NAME.history.csv, NAME.vtkhdf and NAME.xdmf; the result file starts with the unloaded state. Until all are
+   !> there, older files of these names stay as they are.
    subroutine open_reports(self, base_name, input_text, problem, monitors, output, levels, error)
       class(reporter_t), intent(inout) :: self
       character(len=*), intent(in) :: base_name, input_text
@@ -53,9 +59,11 @@ contains
       real(wp), intent(in) :: levels(:)
       type(error_t), allocatable, intent(out) :: error
       type(name_t), allocatable :: names(:)
-      type(field_t), allocatable :: cells(:)
+      type(error_t), allocatable :: ignored
+      character(len=:), allocatable :: reason
       integer :: i
 
+      self%base_name = base_name
       self%problem => problem
       self%monitors = monitors
       self%output = output
@@ -65,16 +73,64 @@ contains
          call new_watch(self%watches(i), monitors(i), problem%structure%mesh)
          names(i)%text = monitors(i)%name
       end do
-      call self%history%create(base_name//'.history.csv', names, error)
-      if (allocated(error) .or. .not. output%fields) return
-      call cell_fields(problem, problem%state, output, cells, error)
-      if (allocated(error)) return
-      associate (mesh => problem%structure%mesh)
-         call self%results%create(base_name//'.vtkhdf', version, input_text, mesh%coordinates, mesh%triangles, &
-                                  point_fields(problem, problem%state, output), cells, names, output%restart, error)
-      end associate
-      if (.not. allocated(error)) call self%write_fields(problem%state, record_t(negative_pivots=0), error)
+      call take_lock(base_name//'.lock', self%lock, reason)
+      if (reason /= '') then
+         call raise(error, status_io_error, base_name//'.lock: '//reason//'; wait for it, or take another name (name in &job) ' &
+            //'or folder (-o)')
+         return
+      end if
+      call self%create_files(input_text, names, error)
+      if (.not. allocated(error)) call self%history%publish(base_name//'.history.csv', error)
+      if (.not. allocated(error) .and. output%fields) call self%results%publish(error)
+      if (.not. allocated(error)) return
+      call self%history%close()
+      call self%results%close(ignored)
+      call remove_in_system(base_name//'~.history.csv')
+      call remove_in_system(base_name//'~.vtkhdf')
+      call remove_in_system(base_name//'~.xdmf')
+      call self%lock%release(base_name//'.lock')
    end subroutine open_reports
+
+   !> Create all files under other names.
+   subroutine create_files(self, input_text, names, error)
+      class(reporter_t), intent(inout) :: self
+      character(len=*), intent(in) :: input_text
+      type(name_t), intent(in) :: names(:) !< of the monitors
+      type(error_t), allocatable, intent(out) :: error
+      type(field_t), allocatable :: cells(:)
+
+      call check_replaceable(self%base_name//'.history.csv', error)
+      if (self%output%fields .and. .not. allocated(error)) call check_replaceable(self%base_name//'.vtkhdf', error)
+      if (self%output%fields .and. .not. allocated(error)) call check_replaceable(self%base_name//'.xdmf', error)
+      if (allocated(error)) return
+      call self%history%create(self%base_name//'~.history.csv', names, error)
+      if (allocated(error) .or. .not. self%output%fields) return
+      call cell_fields(self%problem, self%problem%state, self%output, cells, error)
+      if (allocated(error)) return
+      associate (mesh => self%problem%structure%mesh)
+         call self%results%create(self%base_name//'~.vtkhdf', version, input_text, mesh%coordinates, mesh%triangles, &
+                                  point_fields(self%problem, self%problem%state, self%output), cells, names, &
+                                  self%output%restart, error, published_as=self%base_name//'.vtkhdf')
+      end associate
+      if (.not. allocated(error)) call self%write_fields(self%problem%state, record_t(negative_pivots=0), error)
+   end subroutine create_files
+
+   !> An older file may be replaced if it may be written to.
+   subroutine check_replaceable(name, error)
+      character(len=*), intent(in) :: name
+      type(error_t), allocatable, intent(out) :: error
+      character(len=256) :: reason
+      logical :: exists
+      integer :: unit, status
+      inquire (file=name, exist=exists)
+      if (.not. exists) return
+      open (newunit=unit, file=name, status='old', action='readwrite', iostat=status, iomsg=reason)
+      if (status == 0) then
+         close (unit)
+      else
+         call raise(error, status_io_error, name//': cannot be replaced: '//trim(reason))
+      end if
+   end subroutine check_replaceable
 
    !> See finshell_observer.
    subroutine increment(self, state, record, error)
@@ -119,6 +175,7 @@ contains
       call self%results%close(ignored)
       if (allocated(ignored) .and. .not. allocated(error)) call move_alloc(ignored, error)
       call self%history%close()
+      call self%lock%release(self%base_name//'.lock')
    end subroutine finish
 
    subroutine write_fields(self, state, record, error)

@@ -1,10 +1,29 @@
-!> What Fortran cannot ask the operating system (POSIX): to rename a file, and whether the disk has room.
+!> What Fortran cannot ask the operating system (POSIX): to rename, remove, cut and lock files, and whether the disk has room.
 module finshell_disk
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_null_char, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_long
+   use, intrinsic :: iso_c_binding, only: c_null_char, c_null_ptr, c_ptr
+   use finshell_error, only: text_of
    use finshell_kinds, only: i8
    implicit none
    private
-   public :: has_room, rename_in_system
+   public :: lack_of_room, rename_in_system, remove_in_system, cut_in_system, write_failures_return, set_environment
+   public :: length_in_system, lock_t, take_lock
+
+   !> A file that is locked as long as this process lives or until it is released; others see the lock if they ask.
+   type :: lock_t
+      private
+      type(c_ptr) :: file = c_null_ptr
+   contains
+      procedure :: lock_now
+      procedure :: unlock_now
+      procedure :: held
+      procedure :: release
+   end type lock_t
+
+   integer(c_int), parameter :: exclusive = 2, without_waiting = 4, unlock = 8 ! arguments of flock
+   integer(c_int), parameter :: would_block = 11, file_too_large = 27 ! errno
+   integer(c_int), parameter :: size_limit_signal = 25
+   integer(c_intptr_t), parameter :: ignore_signal = 1
 
    interface
       function c_rename(old, new) bind(c, name='rename') result(status)
@@ -38,6 +57,76 @@ module finshell_disk
          integer(c_int) :: status
       end function c_posix_fallocate
 
+      function c_flock(descriptor, operation) bind(c, name='flock') result(status)
+         import :: c_int
+         integer(c_int), value :: descriptor, operation
+         integer(c_int) :: status
+      end function c_flock
+
+      function c_errno() bind(c, name='__errno_location') result(place)
+         import :: c_ptr
+         type(c_ptr) :: place
+      end function c_errno
+
+      function c_getpid() bind(c, name='getpid') result(pid)
+         import :: c_int
+         integer(c_int) :: pid
+      end function c_getpid
+
+      function c_fputs(text, file) bind(c, name='fputs') result(status)
+         import :: c_char, c_int, c_ptr
+         character(kind=c_char), intent(in) :: text(*)
+         type(c_ptr), value :: file
+         integer(c_int) :: status
+      end function c_fputs
+
+      function c_fflush(file) bind(c, name='fflush') result(status)
+         import :: c_int, c_ptr
+         type(c_ptr), value :: file
+         integer(c_int) :: status
+      end function c_fflush
+
+      function c_remove(name) bind(c, name='remove') result(status)
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_int) :: status
+      end function c_remove
+
+      function c_fseek(file, offset, origin) bind(c, name='fseek') result(status)
+         import :: c_int, c_long, c_ptr
+         type(c_ptr), value :: file
+         integer(c_long), value :: offset
+         integer(c_int), value :: origin
+         integer(c_int) :: status
+      end function c_fseek
+
+      function c_ftell(file) bind(c, name='ftell') result(place)
+         import :: c_long, c_ptr
+         type(c_ptr), value :: file
+         integer(c_long) :: place
+      end function c_ftell
+
+      function c_truncate(name, length) bind(c, name='truncate') result(status)
+         import :: c_char, c_int, c_int64_t
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_int64_t), value :: length
+         integer(c_int) :: status
+      end function c_truncate
+
+      function c_signal(number, action) bind(c, name='signal') result(before)
+         import :: c_int, c_intptr_t
+         integer(c_int), value :: number
+         integer(c_intptr_t), value :: action
+         integer(c_intptr_t) :: before
+      end function c_signal
+
+      function c_setenv(name, value, overwrite) bind(c, name='setenv') result(status)
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: name(*), value(*)
+         integer(c_int), value :: overwrite
+         integer(c_int) :: status
+      end function c_setenv
+
       function c_ftruncate(descriptor, length) bind(c, name='ftruncate') result(status)
          import :: c_int, c_int64_t
          integer(c_int), value :: descriptor
@@ -54,21 +143,153 @@ contains
       rename_in_system = c_rename(old//c_null_char, new//c_null_char) == 0
    end function rename_in_system
 
-   !> Whether the existing file `name` could grow by `bytes`: tries it, and gives the room back.
-   logical function has_room(name, bytes)
+   !> Remove a file; nothing happens when there is none.
+   subroutine remove_in_system(name)
+      character(len=*), intent(in) :: name
+      integer(c_int) :: ignored
+      ignored = c_remove(name//c_null_char)
+   end subroutine remove_in_system
+
+   !> Length of a file in bytes as others see it, -1 when there is none.
+   integer(i8) function length_in_system(name) result(length)
+      character(len=*), intent(in) :: name
+      type(c_ptr) :: file
+      integer(c_int) :: ignored
+      length = -1
+      file = c_fopen(name//c_null_char, 'r'//c_null_char)
+      if (.not. c_associated(file)) return
+      if (c_fseek(file, 0_c_long, 2_c_int) == 0) length = c_ftell(file)
+      ignored = c_fclose(file)
+   end function length_in_system
+
+   !> Cut a file to its first `length` bytes.
+   subroutine cut_in_system(name, length)
+      character(len=*), intent(in) :: name
+      integer(i8), intent(in) :: length
+      integer(c_int) :: ignored
+      ignored = c_truncate(name//c_null_char, length)
+   end subroutine cut_in_system
+
+   !> From now on a file that grows beyond the limit of the process (ulimit -f) is a failed write, not the end of the program.
+   subroutine write_failures_return()
+      integer(c_intptr_t) :: before
+      before = c_signal(size_limit_signal, ignore_signal)
+   end subroutine write_failures_return
+
+   !> Set a variable of the environment of this process, for the libraries it uses.
+   subroutine set_environment(name, value)
+      character(len=*), intent(in) :: name, value
+      integer(c_int) :: ignored
+      ignored = c_setenv(name//c_null_char, value//c_null_char, 1_c_int)
+   end subroutine set_environment
+
+   !> Why the existing file `name` could not grow by `bytes`, '' if it could: tries it, and gives the room back.
+   function lack_of_room(name, bytes) result(reason)
       character(len=*), intent(in) :: name
       integer(i8), intent(in) :: bytes
+      character(len=:), allocatable :: reason
       type(c_ptr) :: file
-      integer(c_int) :: descriptor, ignored
+      integer(c_int) :: descriptor, status, ignored
       integer(i8) :: length
-      has_room = .false.
+      reason = 'it has vanished'
       inquire (file=name, size=length)
       if (length < 0) return
       file = c_fopen(name//c_null_char, 'r+'//c_null_char)
       if (.not. c_associated(file)) return
       descriptor = c_fileno(file)
-      has_room = c_posix_fallocate(descriptor, length, bytes) == 0
+      status = c_posix_fallocate(descriptor, length, bytes)
       ignored = c_ftruncate(descriptor, length)
       ignored = c_fclose(file)
-   end function has_room
+      reason = ''
+      if (status == file_too_large) then
+         reason = 'it would become larger than files may be here (ulimit -f)'
+      else if (status /= 0) then
+         reason = 'the disk is full'
+      end if
+   end function lack_of_room
+
+   !> Lock the file `name`, which is created if need be and then tells the process; `reason` is '' or why this cannot be. A process
+   !> that dies gives its locks back. Where the file system knows no locks there is no protection.
+   subroutine take_lock(name, lock, reason)
+      character(len=*), intent(in) :: name
+      type(lock_t), intent(out) :: lock
+      character(len=:), allocatable, intent(out) :: reason
+      character(len=32) :: owner
+      integer(c_int) :: ignored
+      integer :: attempt
+
+      reason = ''
+      do attempt = 1, 5
+         lock%file = c_fopen(name//c_null_char, 'a'//c_null_char)
+         if (.not. c_associated(lock%file)) return
+         if (c_flock(c_fileno(lock%file), exclusive + without_waiting) /= 0) then
+            if (last_error() /= would_block) return
+            reason = 'another run is writing these results'
+            owner = first_line(name)
+            if (owner /= '') reason = reason//' (process '//trim(owner)//')'
+            ignored = c_fclose(lock%file)
+            lock%file = c_null_ptr
+            return
+         end if
+         ignored = c_ftruncate(c_fileno(lock%file), 0_c_int64_t)
+         ignored = c_fputs(text_of(int(c_getpid()))//new_line('a')//c_null_char, lock%file)
+         ignored = c_fflush(lock%file)
+         ! the run before may have removed the file between opening and locking: then this lock is on a file nobody can see
+         if (first_line(name) == text_of(int(c_getpid()))) return
+         ignored = c_fclose(lock%file)
+         lock%file = c_null_ptr
+      end do
+   end subroutine take_lock
+
+   pure logical function held(self)
+      class(lock_t), intent(in) :: self
+      held = c_associated(self%file)
+   end function held
+
+   !> Give a lock back, and remove its file.
+   subroutine release(self, name)
+      class(lock_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(c_int) :: ignored
+      if (.not. c_associated(self%file)) return
+      call remove_in_system(name)
+      ignored = c_fclose(self%file)
+      self%file = c_null_ptr
+   end subroutine release
+
+   !> Lock an existing file until `unlock_now`, unless somebody else has it locked.
+   subroutine lock_now(self, name)
+      class(lock_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(c_int) :: ignored
+      if (.not. c_associated(self%file)) self%file = c_fopen(name//c_null_char, 'r+'//c_null_char)
+      if (c_associated(self%file)) ignored = c_flock(c_fileno(self%file), exclusive + without_waiting)
+   end subroutine lock_now
+
+   subroutine unlock_now(self)
+      class(lock_t), intent(inout) :: self
+      integer(c_int) :: ignored
+      if (.not. c_associated(self%file)) return
+      ignored = c_flock(c_fileno(self%file), unlock)
+      ignored = c_fclose(self%file)
+      self%file = c_null_ptr
+   end subroutine unlock_now
+
+   integer(c_int) function last_error()
+      integer(c_int), pointer :: number
+      call c_f_pointer(c_errno(), number)
+      last_error = number
+   end function last_error
+
+   function first_line(name) result(line)
+      character(len=*), intent(in) :: name
+      character(len=32) :: line
+      integer :: unit, status
+      line = ''
+      open (newunit=unit, file=name, status='old', action='read', iostat=status)
+      if (status /= 0) return
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) line = ''
+      close (unit)
+   end function first_line
 end module finshell_disk

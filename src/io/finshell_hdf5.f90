@@ -16,7 +16,7 @@ module finshell_hdf5
    use hdf5, only: h5p_dataset_create_f, h5d_fill_time_never_f, h5t_cset_utf8_f, h5t_str_nullpad_f, h5_integer_kind
    use hdf5, only: h5t_ieee_f64le, h5t_std_i64le, h5t_std_u8le, h5t_native_double, h5t_fortran_s1
    use finshell_kinds, only: dp, i8
-   use finshell_disk, only: has_room, rename_in_system
+   use finshell_disk, only: lack_of_room, lock_t, rename_in_system, set_environment
    use finshell_error, only: error_t, raise
    use finshell_status, only: status_io_error
    implicit none
@@ -31,6 +31,7 @@ module finshell_hdf5
       private
       integer(hid_t) :: id = -1
       character(len=:), allocatable :: name
+      type(lock_t) :: lock
    contains
       procedure :: create => create_file
       procedure :: open => open_file
@@ -39,6 +40,7 @@ module finshell_hdf5
       procedure :: flush => flush_file
       procedure :: rename => rename_file
       procedure :: make_room
+      procedure :: begin_writing, end_writing
       procedure :: make_group
       procedure :: set_integers
       procedure :: get_integer
@@ -83,8 +85,7 @@ contains
       call h5fcreate_f(name, h5f_acc_trunc_f, self%id, status)
       if (status < 0) then
          self%id = -1
-         call raise(error, status_io_error, name//': cannot create the result file: another program may have it open, ' &
-            & //'or the disk may be full')
+         call raise(error, status_io_error, name//': cannot create the result file: is the disk full?')
       end if
    end subroutine create_file
 
@@ -101,8 +102,7 @@ contains
       call h5fopen_f(name, h5f_acc_rdonly_f, self%id, status)
       if (status < 0) then
          self%id = -1
-         call raise(error, status_io_error, name//': cannot open the result file: it is not an HDF5 file, it is damaged, ' &
-            & //'or another program has it open')
+         call raise(error, status_io_error, name//': cannot open the result file: it is not an HDF5 file, or it is damaged')
       end if
    end subroutine open_file
 
@@ -146,8 +146,25 @@ contains
       class(hdf5_file_t), intent(in) :: self
       integer(i8), intent(in) :: bytes
       type(error_t), allocatable, intent(out) :: error
-      call check(has_room(self%name, bytes), self%name, 'write to the result file: the disk is full', error)
+      character(len=:), allocatable :: reason
+      reason = lack_of_room(self%name, bytes)
+      call check(reason == '', self%name, 'write to the result file: '//reason, error)
    end subroutine make_room
+
+   !> Make room, and keep readers away until `end_writing` (their attempt to open the file fails), because the file is between
+   !> two states. One that has the file open already does not hinder, and finds the steps it knows where they were.
+   subroutine begin_writing(self, bytes, error)
+      class(hdf5_file_t), intent(inout) :: self
+      integer(i8), intent(in) :: bytes
+      type(error_t), allocatable, intent(out) :: error
+      call self%make_room(bytes, error)
+      if (.not. allocated(error)) call self%lock%lock_now(self%name)
+   end subroutine begin_writing
+
+   subroutine end_writing(self)
+      class(hdf5_file_t), intent(inout) :: self
+      call self%lock%unlock_now()
+   end subroutine end_writing
 
    subroutine make_group(self, path, error)
       class(hdf5_file_t), intent(in) :: self
@@ -481,6 +498,8 @@ contains
       ! once in a process: some versions of HDF5 refuse a second start after h5dont_atexit
       logical, save :: started = .false.
       if (started) return
+      ! else HDF5 would lock the file as long as a run lasts, and refuse to write it while somebody reads it
+      call set_environment('HDF5_USE_FILE_LOCKING', 'FALSE')
       ! HDF5 1.10 crashes in its exit handler after a write has failed; files are closed by their owners
       call h5dont_atexit_f(status)
       call h5open_f(status)

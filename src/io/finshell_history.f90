@@ -2,9 +2,10 @@
 !>
 !> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point. Names are quoted where CSV needs it.
 module finshell_history
+   use finshell_disk, only: cut_in_system, length_in_system, rename_in_system
    use finshell_error, only: error_t, raise, text_of
    use finshell_field, only: check_increment, increment_t, name_t
-   use finshell_kinds, only: wp
+   use finshell_kinds, only: i8, wp
    use finshell_status, only: status_io_error
    implicit none
    private
@@ -13,10 +14,12 @@ module finshell_history
    type :: history_file_t
       private
       integer :: unit = -1
+      integer(i8) :: length = 0 !< bytes of the rows that are complete
       character(len=:), allocatable :: name
       type(name_t), allocatable :: monitors(:)
    contains
       procedure :: create
+      procedure :: publish
       procedure :: open_for_restart
       procedure :: append
       procedure :: close => close_history
@@ -35,6 +38,18 @@ contains
       call self%open_unit(name, monitors, error)
       if (.not. allocated(error)) call self%put(header(monitors), error)
    end subroutine create
+
+   !> Rename the file, replacing another one of that name.
+   subroutine publish(self, name, error)
+      class(history_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(error_t), allocatable, intent(out) :: error
+      if (rename_in_system(self%name, name)) then
+         self%name = name
+      else
+         call raise(error, status_io_error, name//': cannot give the history file its name')
+      end if
+   end subroutine publish
 
    !> Continue an existing file after increment `last`; later rows, and a row that was cut off, are dropped.
    subroutine open_for_restart(self, name, monitors, last, error)
@@ -83,7 +98,8 @@ contains
 
    subroutine close_history(self)
       class(history_file_t), intent(inout) :: self
-      if (self%unit /= -1) close (self%unit)
+      integer :: ignored
+      if (self%unit /= -1) close (self%unit, iostat=ignored)
       self%unit = -1
    end subroutine close_history
 
@@ -96,6 +112,7 @@ contains
       integer :: status
       self%name = name
       self%monitors = monitors
+      self%length = 0
       open (newunit=self%unit, file=name, status='replace', action='write', form='unformatted', access='stream', &
          & iostat=status, iomsg=reason)
       if (status == 0) return
@@ -104,14 +121,22 @@ contains
    end subroutine open_unit
 
    subroutine put(self, line, error)
-      class(history_file_t), intent(in) :: self
+      class(history_file_t), intent(inout) :: self
       character(len=*), intent(in) :: line
       type(error_t), allocatable, intent(out) :: error
       character(len=256) :: reason
       integer :: status
       write (self%unit, iostat=status, iomsg=reason) line//new_line('a')
       if (status == 0) flush (self%unit, iostat=status, iomsg=reason)
-      if (status /= 0) call raise(error, status_io_error, self%name//': cannot write the history file: '//trim(reason))
+      if (status == 0) status = merge(0, 1, length_in_system(self%name) >= self%length + len(line) + 1)
+      if (status == 1) reason = 'the disk is full, or the file larger than allowed (ulimit -f)' ! gfortran does not tell
+      if (status /= 0) then
+         call raise(error, status_io_error, self%name//': cannot write the history file: '//trim(reason))
+         call self%close()
+         call cut_in_system(self%name, self%length)
+      else
+         self%length = self%length + len(line) + 1
+      end if
    end subroutine put
 
    !> A number with the 17 digits that give it back bit for bit.

@@ -3,9 +3,8 @@
 !> The mesh is written once, in reference coordinates; every converged increment appends one step of each field and is
 !> flushed, so that a killed run leaves a readable file. Readers count steps by the attribute NSteps, which is written last.
 !> The time of a step is its increment number, because VTK wants rising times and a load factor may fall; the load factor
-!> is field data. An XDMF file of the same base name describes the same datasets to readers that do not know VTKHDF.
-!>
-!> Use: `create` or `open_for_restart`, then `append` for every increment, then `close`.
+!> is field data. An XDMF file of the same base name describes the same datasets to readers that do not know VTKHDF. Use:
+!> `create` or `open_for_restart`, then `append` for every increment, then `close`; others may read the file meanwhile.
 module finshell_results
    use finshell_error, only: error_t, raise, text_of
    use finshell_field, only: check_field, check_fields, check_increment, field_t, has_displacement, increment_t, layout, &
@@ -41,19 +40,15 @@ module finshell_results
       type(hdf5_table_t) :: times, same(5), history(3), factors, quaternions, log
       type(hdf5_table_t), allocatable :: monitored(:)
    contains
-      procedure :: create
-      procedure :: open_for_restart
-      procedure :: append
-      procedure :: log_line
+      procedure :: create, open_for_restart, publish, append, log_line
       procedure :: close => close_results
       procedure, private :: attach, write_step, step_size
    end type results_file_t
 
 contains
 
-   !> Create NAME.vtkhdf and NAME.xdmf for a file name NAME.vtkhdf. Existing files are replaced.
-   !>
-   !> A restartable file also keeps the nodal rotations, and needs the point field 'displacement'.
+   !> Create NAME.vtkhdf and NAME.xdmf for a file name NAME.vtkhdf, replacing existing ones. A restartable file also keeps the nodal
+   !> rotations, and needs the point field 'displacement'.
    subroutine create(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, monitors, &
       & restartable, error, published_as)
       class(results_file_t), intent(inout) :: self
@@ -66,7 +61,7 @@ contains
       type(name_t), intent(in) :: monitors(:)
       logical, intent(in) :: restartable
       type(error_t), allocatable, intent(out) :: error
-      character(len=*), optional, intent(in) :: published_as !< the name the file will have when it is renamed
+      character(len=*), optional, intent(in) :: published_as !< the name the file will have after `publish`, if another one
       call check_fields(point_fields, 'point field', error)
       if (.not. allocated(error)) call check_fields(cell_fields, 'cell field', error)
       if (.not. allocated(error) .and. restartable .and. .not. has_displacement(point_fields)) &
@@ -88,14 +83,21 @@ contains
       if (.not. allocated(error)) call self%file%make_group('/finshell/history', error)
       if (.not. allocated(error)) call self%attach(.true., point_fields, cell_fields, monitors, restartable, error)
       if (.not. allocated(error)) call self%file%flush(error)
-      if (.not. allocated(error)) call self%xdmf%create(xdmf_name(self%name), self%name, self%nodes, self%elements, error)
+      if (.not. allocated(error)) call self%xdmf%create(xdmf_name(file_name), self%name, self%nodes, self%elements, error)
    end subroutine create
+
+   !> Give the files the names they are to be found under, replacing older ones.
+   subroutine publish(self, error)
+      class(results_file_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+      call self%file%rename(self%name, error)
+      if (.not. allocated(error)) call self%xdmf%publish(xdmf_name(self%name), error)
+   end subroutine publish
 
    !> Continue a restartable file of the same mesh, fields and monitors after its last complete step, which is returned with
    !> displacement (3, nodes) and rotation quaternions (4, nodes). Arguments otherwise as for `create`.
-   !>
-   !> The complete steps are copied to a new file that replaces the old one: a run that was killed while it wrote can leave
-   !> traces of a further step, which can be ignored but not safely overwritten.
+   !> They are copied to a new file that replaces the old one: a run that was killed while it wrote can leave traces of a further
+   !> step, which can be ignored but not safely overwritten.
    subroutine open_for_restart(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, &
       & monitors, last, displacement, quaternions, error)
       class(results_file_t), intent(inout) :: self
@@ -127,7 +129,7 @@ contains
          & point_fields, cell_fields, monitors, .true., error, published_as=file_name)
       if (.not. allocated(error)) call copy_steps(old, self, point_fields, cell_fields, last, displacement, quaternions, error)
       call old%close(ignored)
-      if (.not. allocated(error)) call self%file%rename(file_name, error)
+      if (.not. allocated(error)) call self%publish(error)
    end subroutine open_for_restart
 
    !> Append the complete steps of a file to a new one; returns the state of the last of them.
@@ -197,12 +199,12 @@ contains
          rotations = field_t('rotation quaternion', 4, quaternions)
          call check_field(rotations, 4, self%nodes, 'node', record%increment, error)
       end if
-      if (.not. allocated(error)) call self%file%make_room(self%step_size(), error)
+      if (.not. allocated(error)) call self%file%begin_writing(self%step_size(), error)
       if (.not. allocated(error)) call self%write_step(record, point_fields, cell_fields, rotations, error)
-      ! data first, then the number of steps: what a reader finds is complete
-      if (.not. allocated(error)) call self%file%flush(error)
+      if (.not. allocated(error)) call self%file%flush(error) ! the data first: what a reader finds is complete
       if (.not. allocated(error)) call self%file%set_integers('/VTKHDF/Steps', 'NSteps', [self%steps + 1], error)
       if (.not. allocated(error)) call self%file%flush(error)
+      call self%file%end_writing()
       if (allocated(error)) return
       self%steps = self%steps + 1
       call self%xdmf%append(int(self%steps) - 1, record, point_fields, cell_fields, error)
@@ -359,8 +361,7 @@ contains
    !> Upper bound of the bytes that one step adds to the file.
    pure integer(i8) function step_size(self)
       class(results_file_t), intent(in) :: self
-      integer(i8), parameter :: bytes = storage_size(1.0_wp)/8 ! of a real number
-      integer(i8), parameter :: overhead = 8192 ! of a growing dataset: a new chunk of a list, a new node of its index
+      integer(i8), parameter :: bytes = storage_size(1.0_wp)/8, overhead = 8192 ! a new chunk of a list, a new node of its index
       step_size = 32*overhead + sum(int(self%point_layout%components, i8))*self%nodes*bytes &
          & + sum(int(self%cell_layout%components, i8))*self%elements*bytes &
          & + overhead*(2*(size(self%points) + size(self%cells)) + size(self%monitored))
@@ -374,9 +375,9 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer(i8), allocatable :: counts(:, :)
       real(wp), allocatable :: factors(:, :), monitors(:, :, :)
-      integer :: i, n
-      n = int(self%steps)
-      allocate (records(n), counts(n, size(counters)), factors(1, n), monitors(1, n, size(self%monitored)))
+      integer :: i
+      allocate (records(self%steps), counts(self%steps, size(counters)), factors(1, self%steps))
+      allocate (monitors(1, self%steps, size(self%monitored)))
       do i = 1, size(counters)
          if (.not. allocated(error)) call self%history(i)%get_integers(0_i8, counts(:, i), error)
       end do
@@ -385,7 +386,7 @@ contains
          if (.not. allocated(error)) call self%monitored(i)%get_reals(0_i8, monitors(:, :, i), error)
       end do
       if (allocated(error)) return
-      do i = 1, n
+      do i = 1, size(records)
          records(i) = increment_t(int(counts(i, 1)), factors(1, i), int(counts(i, 2)), int(counts(i, 3)))
          records(i)%monitors = monitors(1, i, :) ! gfortran 12 mistakes the stride in the line above
       end do

@@ -31,6 +31,7 @@ contains
       elements = size(triangles, 2)
       points = field_t('coordinates', 3, coordinates)
       call check_field(points, 3, nodes, 'node', 0, error)
+      if (.not. allocated(error)) call file%make_room(65536 + 32_i8*nodes + 64_i8*elements, error)
       if (.not. allocated(error)) call file%make_group('/VTKHDF', error)
       if (.not. allocated(error)) call file%set_text('/VTKHDF', 'Type', 'UnstructuredGrid', error)
       if (.not. allocated(error)) call file%set_integers('/VTKHDF', 'Version', [2_i8, 0_i8], error)

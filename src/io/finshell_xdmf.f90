@@ -2,6 +2,7 @@
 !>
 !> The end of the document is rewritten with every step, so that the file is complete at any time.
 module finshell_xdmf
+   use finshell_disk, only: cut_in_system, length_in_system, rename_in_system
    use finshell_error, only: error_t, raise, text_of
    use finshell_field, only: field_t, increment_t
    use finshell_kinds, only: i8
@@ -21,6 +22,7 @@ module finshell_xdmf
       integer :: nodes = 0, elements = 0
    contains
       procedure :: create
+      procedure :: publish
       procedure :: append
       procedure :: close => close_file
       procedure, private :: put
@@ -28,7 +30,7 @@ module finshell_xdmf
 
 contains
 
-   !> Create the file; `hdf5_name` is the VTKHDF file beside it.
+   !> Create the file; `hdf5_name` is the VTKHDF file beside it (later, if files are renamed).
    subroutine create(self, name, hdf5_name, nodes, elements, error)
       class(xdmf_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name, hdf5_name
@@ -51,6 +53,18 @@ contains
       call self%put('<?xml version="1.0"?>'//nl//'<Xdmf Version="2.0">'//nl//' <Domain>'//nl &
          & //'  <Grid Name="finshell" GridType="Collection" CollectionType="Temporal">'//nl, error)
    end subroutine create
+
+   !> Rename the file, replacing another one of that name.
+   subroutine publish(self, name, error)
+      class(xdmf_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(error_t), allocatable, intent(out) :: error
+      if (rename_in_system(self%name, name)) then
+         self%name = name
+      else
+         call raise(error, status_io_error, name//': cannot give the XDMF file its name')
+      end if
+   end subroutine publish
 
    !> Describe step `step` (counted from 0) of the VTKHDF file.
    subroutine append(self, step, record, point_fields, cell_fields, error)
@@ -81,7 +95,8 @@ contains
 
    subroutine close_file(self)
       class(xdmf_file_t), intent(inout) :: self
-      if (self%unit /= -1) close (self%unit)
+      integer :: ignored
+      if (self%unit /= -1) close (self%unit, iostat=ignored)
       self%unit = -1
    end subroutine close_file
 
@@ -130,10 +145,21 @@ contains
       character(len=*), intent(in) :: text
       type(error_t), allocatable, intent(out) :: error
       character(len=256) :: reason
-      integer :: status
+      integer :: status, ignored
       write (self%unit, pos=self%position, iostat=status, iomsg=reason) text//tail
       if (status == 0) flush (self%unit, iostat=status, iomsg=reason)
-      if (status /= 0) call raise(error, status_io_error, self%name//': cannot write the XDMF file: '//trim(reason))
+      if (status == 0) status = merge(0, 1, length_in_system(self%name) >= self%position - 1 + len(text//tail))
+      if (status == 1) reason = 'the disk is full, or the file larger than allowed (ulimit -f)' ! gfortran does not tell
+      if (status /= 0) then
+         call raise(error, status_io_error, self%name//': cannot write the XDMF file: '//trim(reason))
+         ! the old end takes no room that was not there before
+         close (self%unit, iostat=ignored)
+         open (newunit=self%unit, file=self%name, status='old', action='write', form='unformatted', access='stream', iostat=ignored)
+         if (ignored == 0) write (self%unit, pos=self%position, iostat=ignored) tail
+         call self%close()
+         call cut_in_system(self%name, self%position - 1 + len(tail))
+         return
+      end if
       self%position = self%position + len(text)
    end subroutine put
 
