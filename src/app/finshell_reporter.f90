@@ -79,6 +79,8 @@ contains
             //'or folder (-o)')
          return
       end if
+      call remove_in_system(base_name//'.vtkhdf~live') ! of a run that was killed
+      call remove_in_system(base_name//'.vtkhdf~copy')
       call self%create_files(input_text, names, error)
       if (.not. allocated(error)) call self%history%publish(base_name//'.history.csv', error)
       if (.not. allocated(error) .and. output%fields) call self%results%publish(error)

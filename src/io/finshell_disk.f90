@@ -1,12 +1,13 @@
 !> What Fortran cannot ask the operating system (POSIX): to rename, remove, cut and lock files, and whether the disk has room.
 module finshell_disk
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_long
-   use, intrinsic :: iso_c_binding, only: c_null_char, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_null_char, c_null_ptr, c_ptr, c_size_t
    use finshell_error, only: text_of
    use finshell_kinds, only: i8
    implicit none
    private
-   public :: lack_of_room, rename_in_system, remove_in_system, cut_in_system, write_failures_return, set_environment
+   public :: lack_of_room, rename_in_system, remove_in_system, copy_in_system, link_in_system, cut_in_system
+   public :: write_failures_return, set_environment
    public :: length_in_system, lock_t, take_lock
 
    !> A file that is locked as long as this process lives or until it is released; others see the lock if they ask.
@@ -106,6 +107,28 @@ module finshell_disk
          integer(c_long) :: place
       end function c_ftell
 
+      function c_fread(buffer, size, count, file) bind(c, name='fread') result(done)
+         import :: c_char, c_ptr, c_size_t
+         character(kind=c_char), intent(out) :: buffer(*)
+         integer(c_size_t), value :: size, count
+         type(c_ptr), value :: file
+         integer(c_size_t) :: done
+      end function c_fread
+
+      function c_fwrite(buffer, size, count, file) bind(c, name='fwrite') result(done)
+         import :: c_char, c_ptr, c_size_t
+         character(kind=c_char), intent(in) :: buffer(*)
+         integer(c_size_t), value :: size, count
+         type(c_ptr), value :: file
+         integer(c_size_t) :: done
+      end function c_fwrite
+
+      function c_link(old, new) bind(c, name='link') result(status)
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: old(*), new(*)
+         integer(c_int) :: status
+      end function c_link
+
       function c_truncate(name, length) bind(c, name='truncate') result(status)
          import :: c_char, c_int, c_int64_t
          character(kind=c_char), intent(in) :: name(*)
@@ -149,6 +172,37 @@ contains
       integer(c_int) :: ignored
       ignored = c_remove(name//c_null_char)
    end subroutine remove_in_system
+
+   !> Give a file a second name; false when it cannot be done.
+   logical function link_in_system(old, new)
+      character(len=*), intent(in) :: old, new
+      link_in_system = c_link(old//c_null_char, new//c_null_char) == 0
+   end function link_in_system
+
+   !> Copy a file; false, and no copy, when it cannot be done.
+   logical function copy_in_system(old, new) result(ok)
+      character(len=*), intent(in) :: old, new
+      character(kind=c_char), allocatable :: buffer(:)
+      type(c_ptr) :: from, to
+      integer(c_size_t) :: n
+      integer(c_int) :: ignored
+      ok = .false.
+      from = c_fopen(old//c_null_char, 'r'//c_null_char)
+      if (.not. c_associated(from)) return
+      to = c_fopen(new//c_null_char, 'w'//c_null_char)
+      if (c_associated(to)) then
+         allocate (buffer(1048576))
+         do
+            n = c_fread(buffer, 1_c_size_t, size(buffer, kind=c_size_t), from)
+            ok = c_fwrite(buffer, 1_c_size_t, n, to) == n
+            if (n < size(buffer) .or. .not. ok) exit
+         end do
+         ok = c_fclose(to) == 0 .and. ok
+         ok = ok .and. length_in_system(new) == length_in_system(old)
+         if (.not. ok) call remove_in_system(new)
+      end if
+      ignored = c_fclose(from)
+   end function copy_in_system
 
    !> Length of a file in bytes as others see it, -1 when there is none.
    integer(i8) function length_in_system(name) result(length)

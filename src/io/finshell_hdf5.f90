@@ -16,7 +16,8 @@ module finshell_hdf5
    use hdf5, only: h5p_dataset_create_f, h5d_fill_time_never_f, h5t_cset_utf8_f, h5t_str_nullpad_f, h5_integer_kind
    use hdf5, only: h5t_ieee_f64le, h5t_std_i64le, h5t_std_u8le, h5t_native_double, h5t_fortran_s1
    use finshell_kinds, only: dp, i8
-   use finshell_disk, only: lack_of_room, lock_t, rename_in_system, set_environment
+   use finshell_disk, only: copy_in_system, lack_of_room, length_in_system, link_in_system, lock_t, remove_in_system
+   use finshell_disk, only: rename_in_system, set_environment
    use finshell_error, only: error_t, raise
    use finshell_status, only: status_io_error
    implicit none
@@ -32,6 +33,7 @@ module finshell_hdf5
       integer(hid_t) :: id = -1
       character(len=:), allocatable :: name
       type(lock_t) :: lock
+      logical :: stand_in = .false. !< a copy stands under the name of the file
    contains
       procedure :: create => create_file
       procedure :: open => open_file
@@ -153,16 +155,38 @@ contains
 
    !> Make room, and keep readers away until `end_writing` (their attempt to open the file fails), because the file is between
    !> two states. One that has the file open already does not hinder, and finds the steps it knows where they were.
-   subroutine begin_writing(self, bytes, error)
+   !>
+   !> With `splits`, what was written before is in danger: HDF5 splits the index of a dataset, which takes several writes, and a
+   !> process that is killed between them loses the dataset. So a copy stands under the name of the file meanwhile (if it is not too
+   !> large, and the disk has room).
+   subroutine begin_writing(self, bytes, splits, error)
       class(hdf5_file_t), intent(inout) :: self
       integer(i8), intent(in) :: bytes
+      logical, intent(in) :: splits
       type(error_t), allocatable, intent(out) :: error
+      integer(i8), parameter :: too_large = 2_i8**29
+      integer(i8) :: length
       call self%make_room(bytes, error)
-      if (.not. allocated(error)) call self%lock%lock_now(self%name)
+      if (allocated(error)) return
+      call self%lock%lock_now(self%name)
+      if (.not. splits) return
+      length = length_in_system(self%name)
+      if (length > too_large) return
+      if (lack_of_room(self%name, length + bytes) /= '') return
+      if (.not. copy_in_system(self%name, self%name//'~copy')) return
+      call remove_in_system(self%name//'~live')
+      self%stand_in = link_in_system(self%name, self%name//'~live')
+      if (self%stand_in) self%stand_in = rename_in_system(self%name//'~copy', self%name)
+      if (self%stand_in) return
+      call remove_in_system(self%name//'~copy')
+      call remove_in_system(self%name//'~live')
    end subroutine begin_writing
 
    subroutine end_writing(self)
       class(hdf5_file_t), intent(inout) :: self
+      logical :: ignored
+      if (self%stand_in) ignored = rename_in_system(self%name//'~live', self%name)
+      self%stand_in = .false.
       call self%lock%unlock_now()
    end subroutine end_writing
 

@@ -99,6 +99,7 @@ contains
    subroutine close_history(self)
       class(history_file_t), intent(inout) :: self
       integer :: ignored
+      ! allow(C181)
       if (self%unit /= -1) close (self%unit, iostat=ignored)
       self%unit = -1
    end subroutine close_history

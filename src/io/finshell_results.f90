@@ -12,7 +12,7 @@ module finshell_results
    use finshell_hdf5, only: hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_table_t
    use finshell_kinds, only: i8, wp
    use finshell_status, only: status_invalid_argument, status_io_error
-   use finshell_vtkhdf, only: compare_mesh, same_lists, same_ranks, same_values, write_mesh
+   use finshell_vtkhdf, only: compare_mesh, index_splits, same_lists, same_ranks, same_values, write_mesh
    use finshell_xdmf, only: xdmf_file_t, xdmf_name
    implicit none
    private
@@ -199,7 +199,7 @@ contains
          rotations = field_t('rotation quaternion', 4, quaternions)
          call check_field(rotations, 4, self%nodes, 'node', record%increment, error)
       end if
-      if (.not. allocated(error)) call self%file%begin_writing(self%step_size(), error)
+      if (.not. allocated(error)) call self%file%begin_writing(self%step_size(), index_splits(self%steps), error)
       if (.not. allocated(error)) call self%write_step(record, point_fields, cell_fields, rotations, error)
       if (.not. allocated(error)) call self%file%flush(error) ! the data first: what a reader finds is complete
       if (.not. allocated(error)) call self%file%set_integers('/VTKHDF/Steps', 'NSteps', [self%steps + 1], error)

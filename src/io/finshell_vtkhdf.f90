@@ -8,7 +8,7 @@ module finshell_vtkhdf
    use finshell_status, only: status_io_error
    implicit none
    private
-   public :: compare_mesh, write_mesh
+   public :: compare_mesh, write_mesh, index_splits
 
    integer(i8), parameter :: vtk_triangle = 5
 
@@ -70,6 +70,18 @@ contains
          call table%close()
       end subroutine put_points
    end subroutine write_mesh
+
+   !> Whether the index of a dataset splits at the step after `steps`, be its chunk a step or 128: a node of HDF5's index (a B-tree
+   !> of version 1) holds 64 chunks, and a full last node keeps 57.
+   pure logical function index_splits(steps)
+      integer(i8), intent(in) :: steps
+      index_splits = full(steps) .or. (mod(steps, 128_i8) == 0 .and. full(steps/128))
+   contains
+      pure logical function full(chunks)
+         integer(i8), intent(in) :: chunks
+         full = chunks >= 64 .and. mod(chunks - 64, 57_i8) == 0
+      end function full
+   end function index_splits
 
    !> A file can only be continued with the mesh it was written with.
    subroutine compare_mesh(file, name, coordinates, triangles, error)

@@ -96,6 +96,7 @@ contains
    subroutine close_file(self)
       class(xdmf_file_t), intent(inout) :: self
       integer :: ignored
+      ! allow(C181)
       if (self%unit /= -1) close (self%unit, iostat=ignored)
       self%unit = -1
    end subroutine close_file
@@ -145,7 +146,7 @@ contains
       character(len=*), intent(in) :: text
       type(error_t), allocatable, intent(out) :: error
       character(len=256) :: reason
-      integer :: status, ignored
+      integer :: status
       write (self%unit, pos=self%position, iostat=status, iomsg=reason) text//tail
       if (status == 0) flush (self%unit, iostat=status, iomsg=reason)
       if (status == 0) status = merge(0, 1, length_in_system(self%name) >= self%position - 1 + len(text//tail))
@@ -153,9 +154,10 @@ contains
       if (status /= 0) then
          call raise(error, status_io_error, self%name//': cannot write the XDMF file: '//trim(reason))
          ! the old end takes no room that was not there before
-         close (self%unit, iostat=ignored)
-         open (newunit=self%unit, file=self%name, status='old', action='write', form='unformatted', access='stream', iostat=ignored)
-         if (ignored == 0) write (self%unit, pos=self%position, iostat=ignored) tail
+         call self%close()
+         open (newunit=self%unit, file=self%name, status='old', action='write', form='unformatted', access='stream', iostat=status)
+         if (status == 0) write (self%unit, pos=self%position, iostat=status) tail
+         if (status /= 0) error%message = error%message//'; it is damaged'
          call self%close()
          call cut_in_system(self%name, self%position - 1 + len(tail))
          return

@@ -176,11 +176,7 @@ class Results(unittest.TestCase):
         self.check_all(5)
 
     def test_killed_at_any_moment(self):
-        """Killed from outside at random moments: whatever is left can be read, and continued.
-
-        60 steps, because HDF5 splits the index of a dataset at the 65th, which takes several writes: killed in between
-        (seen once in 400 kills of a program that does nothing but write), a dataset can be lost.
-        """
+        """Killed from outside at random moments: whatever is left can be read, and continued."""
         random.seed(1)
         steps_found = []
         for _ in range(20):
@@ -204,6 +200,27 @@ class Results(unittest.TestCase):
                 with open(self.file + ".history.csv") as file:
                     self.assertEqual([int(row.split(",")[0]) for row in file.readlines()[1:]][-1], steps)
         self.assertGreater(max(steps_found), 1, "no run was killed while it was writing")
+
+    def test_killed_while_an_index_splits(self):
+        """HDF5 splits the index of a dataset at step 65 in several writes: killed at each of them, no step is lost."""
+        shim = str(Path(self.folder.name, "kill_at.so"))
+        subprocess.run([os.environ.get("FINSHELL_CC", "cc"), "-shared", "-fPIC", "-o", shim, Path(__file__).with_name("kill_at.c"), "-ldl"], check=True)
+
+        def run(kill_at):
+            return write(self.file, 65, env={**os.environ, "LD_PRELOAD": shim, "KILL_AT": str(kill_at)})
+
+        writes = int(run(0).stderr.strip())
+        self.assertGreater(writes, 65 * 30)
+        for kill_at in range(writes - 62, writes, 3):
+            self.assertEqual(run(kill_at).returncode, -signal.SIGKILL)
+            with h5py.File(self.file) as file:
+                steps = int(file["VTKHDF/Steps"].attrs["NSteps"])
+                self.assertIn(steps, (64, 65))
+                for group, items in (("PointData", NODES), ("CellData", ELEMENTS)):
+                    for values in file["VTKHDF"][group].values():
+                        self.assertEqual(len(values[: steps * items]), steps * items)
+                values = file["VTKHDF/PointData/temperature"][: steps * NODES].reshape(steps, NODES)
+                np.testing.assert_array_equal(values, [expected(k)[0]["temperature"] for k in range(steps)])
 
     def assert_refused(self, run, *texts):
         self.assertEqual(run.returncode, 3, run.stderr)
