@@ -211,7 +211,7 @@ class Results(unittest.TestCase):
 
         writes = int(run(0).stderr.strip())
         self.assertGreater(writes, 65 * 30)
-        for kill_at in range(writes - 62, writes, 3):
+        for kill_at in range(writes - 46, writes + 1, 2):
             self.assertEqual(run(kill_at).returncode, -signal.SIGKILL)
             with h5py.File(self.file) as file:
                 steps = int(file["VTKHDF/Steps"].attrs["NSteps"])
