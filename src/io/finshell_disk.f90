@@ -1,6 +1,6 @@
 !> What Fortran cannot ask the operating system (POSIX): to rename, remove, cut and lock files, and whether the disk has room.
 module finshell_disk
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_long
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_loc, c_long
    use, intrinsic :: iso_c_binding, only: c_null_char, c_null_ptr, c_ptr, c_size_t
    use finshell_error, only: text_of
    use finshell_kinds, only: i8
@@ -108,18 +108,16 @@ module finshell_disk
       end function c_ftell
 
       function c_fread(buffer, size, count, file) bind(c, name='fread') result(done)
-         import :: c_char, c_ptr, c_size_t
-         character(kind=c_char), intent(out) :: buffer(*)
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: buffer, file
          integer(c_size_t), value :: size, count
-         type(c_ptr), value :: file
          integer(c_size_t) :: done
       end function c_fread
 
       function c_fwrite(buffer, size, count, file) bind(c, name='fwrite') result(done)
-         import :: c_char, c_ptr, c_size_t
-         character(kind=c_char), intent(in) :: buffer(*)
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: buffer, file
          integer(c_size_t), value :: size, count
-         type(c_ptr), value :: file
          integer(c_size_t) :: done
       end function c_fwrite
 
@@ -182,7 +180,7 @@ contains
    !> Copy a file; false, and no copy, when it cannot be done.
    logical function copy_in_system(old, new) result(ok)
       character(len=*), intent(in) :: old, new
-      character(kind=c_char), allocatable :: buffer(:)
+      character(kind=c_char), allocatable, target :: buffer(:)
       type(c_ptr) :: from, to
       integer(c_size_t) :: n
       integer(c_int) :: ignored
@@ -193,8 +191,8 @@ contains
       if (c_associated(to)) then
          allocate (buffer(1048576))
          do
-            n = c_fread(buffer, 1_c_size_t, size(buffer, kind=c_size_t), from)
-            ok = c_fwrite(buffer, 1_c_size_t, n, to) == n
+            n = c_fread(c_loc(buffer), 1_c_size_t, size(buffer, kind=c_size_t), from)
+            ok = c_fwrite(c_loc(buffer), 1_c_size_t, n, to) == n
             if (n < size(buffer) .or. .not. ok) exit
          end do
          ok = c_fclose(to) == 0 .and. ok
