@@ -27,7 +27,7 @@ build: ## Build everything: build/bin, build/lib
 	@tools/install_dependencies build
 	@$(MAKE) --no-print-directory configure compile
 
-# ctest of a preset that was configured before needs nothing from here; PRESET=debug, quad, portable select another one.
+# ctest of a preset that was configured before needs nothing from here; PRESET=debug, quad, native select another one.
 .PHONY: compile
 configure:
 	@cmake --preset $(PRESET) $(if $(wildcard $(VENV)/bin/python),-DFINSHELL_PYTHON=$(CURDIR)/$(VENV)/bin/python) --log-level=WARNING >/dev/null
@@ -63,7 +63,7 @@ fpm-test: ## Run the .pf tests with fpm
 	tools/fpm test
 
 clean: ## Remove what was built (keeps build/venv)
-	rm -rf build/release build/portable build/debug build/quad build/bin build/lib build/fpm-tests build/gfortran_* build/cache.toml
+	rm -rf build/release build/library build/native build/debug build/quad build/bin build/lib build/fpm-tests build/gfortran_* build/cache.toml
 
 distclean: ## Remove the whole build folder
 	rm -rf build

@@ -11,7 +11,12 @@
  *   - `status`, `codes` (the code of each element, int32_t[n]) and every pointer to a structure of results may be NULL.
  *   - Nothing is printed, nothing ends the program, nothing is kept between calls. All functions may be called from any number
  *     of threads at once, also with the same section, as long as nobody destroys it meanwhile.
- *   - Results are the same to the last bit for any number of threads and however a mesh is split into batches.
+ *   - Matrices are by rows, matrix[row][column]; the stiffness of finshell_pressure_load alone is by columns (the others are
+ *     symmetric, or say "by rows").
+ *   - After a fork, a child of a process that has called finshell_evaluate with several threads computes with one: the threads of
+ *     OpenMP stay in the parent. Results are the same.
+ *   - Results are the same to the last bit for any number of threads and however a mesh is split into batches (on one
+ *     processor: see finshell_cpu_level).
  *
  * Element: three nodes, counter-clockwise about the normal. Each node has a displacement u and a rotation R, which takes
  * directors of the undeformed to those of the deformed shell, in global axes. The 18 entries of force and tangent are ordered
@@ -74,6 +79,11 @@ const char *finshell_version_text(void);
 /* FINSHELL_ABI of the library: unequal to that of the header, the two do not fit. Since 0.1. */
 int32_t finshell_abi(void);
 
+/* The copy of the kernel that was chosen when the library was loaded: 1, 3 or 4 for x86-64, x86-64-v3 (AVX2, FMA), x86-64-v4
+ * (AVX-512); 0: the library holds one copy only. The environment variable FINSHELL_CPU_LEVEL (1, 3 or 4), set before the program
+ * starts, lowers it. Results of two levels differ by rounding. Since 0.1. */
+int32_t finshell_cpu_level(void);
+
 /* A sentence for a return code, closed by '\0' and cut to fit into buffer[size] (may be NULL). Returns its whole length.
  * Since 0.1. */
 int32_t finshell_message(int32_t code, char *buffer, int32_t size);
@@ -104,7 +114,8 @@ int32_t finshell_material_parameter(const char *material, int32_t i, finshell_pa
 
 /* ------------------------------------------------------------------ sections */
 
-/* What elements are made of; immutable once created. */
+/* What elements are made of; immutable once created. A pointer to something else is refused with -1, as is one to a destroyed
+ * section as long as nothing but malloc has used its memory since. */
 typedef struct finshell_section finshell_section;
 
 /* One layer. Set all to zero first ({0}); what is zero has its default, except material and thickness. */
@@ -141,7 +152,7 @@ int32_t finshell_section_create_layered(int32_t layers, const finshell_layer *la
                                         const char *const *option_names, const double *option_values,
                                         finshell_section **section, finshell_status *status);
 
-/* Frees a section; NULL is ignored. Since 0.1. */
+/* Frees a section; NULL is ignored, and so is what is no section (destroyed before, or never created). Since 0.1. */
 void finshell_section_destroy(finshell_section *section);
 
 /* ------------------------------------------------------------------ elements */

@@ -2,10 +2,11 @@
 !>
 !> A C pointer that may be NULL is an optional argument, absent when NULL.
 module finshell_capi_element
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_int32_t, c_ptr
    use, intrinsic :: iso_fortran_env, only: int64
    use finshell_batch, only: evaluate_elements, recover_elements, rotation_increment, rotation_quaternion, rotation_vector
    use finshell_capi_common, only: accept, c_status_t, judge, refuse, refuse_memory
+   use finshell_capi_handle, only: section_of
    use finshell_mass, only: mass_elements
    use finshell_pressure, only: follower_pressure
    use finshell_section, only: section_t
@@ -15,7 +16,15 @@ module finshell_capi_element
    public :: evaluate, recover, mass, pressure
 
    integer, parameter :: few = 64 !< elements whose codes need no heap
+   character(len=*), parameter :: no_handle = 'section is no handle: it was destroyed, or finshell_section_create did not make it'
    integer, parameter :: most_threads = 256 !< results do not depend on it; OpenMP ends the program when it gets too few
+
+   interface
+      function getpid() result(process) bind(c)
+         import :: c_int
+         integer(c_int) :: process
+      end function getpid
+   end interface
 
 contains
 
@@ -35,7 +44,7 @@ contains
       integer(c_int32_t), target :: local(few)
       integer(c_int32_t), allocatable, target :: many(:)
       integer(c_int32_t), pointer, contiguous :: found(:)
-      integer :: memory
+      integer :: memory, team
 
       code = check_motion(place, section, n, present(x), present(u), present(rotations), convention, present(state), status)
       if (code /= status_ok) return
@@ -44,7 +53,7 @@ contains
          return
       end if
       if (n == 0) return
-      call c_f_pointer(section, s)
+      s => section_of(section)
       call shape_rotations(rotations, convention, n, r)
       if (present(codes)) then
          found => codes
@@ -58,11 +67,12 @@ contains
          end if
          found => many
       end if
-      if (threads == 0) then
+      if (threads == 0 .and. .not. forked()) then
          call evaluate_elements(s, n, x, u, r, convention, found, energy, force, tangent, direction, state=state)
       else
-         call evaluate_elements(s, n, x, u, r, convention, found, energy, force, tangent, direction, min(threads, most_threads), &
-                                state)
+         team = min(threads, most_threads)
+         if (team > 1) team = merge(1, team, forked())
+         call evaluate_elements(s, n, x, u, r, convention, found, energy, force, tangent, direction, max(1, team), state)
       end if
       code = judge(status, place, n, found)
    end function evaluate
@@ -85,7 +95,7 @@ contains
 
       code = check_motion(place, section, n, present(x), present(u), present(rotations), convention, present(state), status)
       if (code /= status_ok .or. n == 0) return
-      call c_f_pointer(section, s)
+      s => section_of(section)
       call shape_rotations(rotations, convention, n, r)
       allocate (found(n), stat=memory)
       if (memory /= 0) then
@@ -114,11 +124,13 @@ contains
       if (code /= status_ok) return
       if (.not. c_associated(section)) then
          code = refuse(status, place, 'section is NULL')
+      else if (.not. associated(section_of(section))) then
+         code = refuse(status, place, no_handle)
       else if (n > 0 .and. .not. present(x)) then
          code = refuse(status, place, 'X is NULL')
       end if
       if (code /= status_ok .or. n == 0) return
-      call c_f_pointer(section, s)
+      s => section_of(section)
       allocate (found(n), stat=memory)
       if (memory /= 0) then
          code = refuse_memory(status, place)
@@ -176,6 +188,22 @@ contains
       code = judge(status, place, n, found)
    end function pressure
 
+   !> Whether this process is the child of one that called us with several threads.
+   !>
+   !> The threads of OpenMP do not follow into a child, but OpenMP does not know and would wait for them for ever.
+   function forked() result(answer)
+      logical :: answer
+      integer(c_int), save :: owner = 0 ! process whose threads were used first
+      integer(c_int) :: known, here
+      here = getpid()
+!$omp atomic read
+      known = owner
+      answer = known /= 0 .and. known /= here
+      if (known /= 0) return
+!$omp atomic write
+      owner = here
+   end function forked
+
    !> n makes sense; sets `status` to done.
    function check_batch(place, n, status) result(code)
       character(len=*), intent(in) :: place
@@ -201,6 +229,8 @@ contains
       if (code /= status_ok) return
       if (.not. c_associated(section)) then
          code = refuse(status, place, 'section is NULL')
+      else if (.not. associated(section_of(section))) then
+         code = refuse(status, place, no_handle)
       else if (convention < rotation_vector .or. convention > rotation_increment) then
          code = refuse(status, place, 'convention is #, expected 1 (vector), 2 (quaternion) or 3 (increment)', convention)
       else if (n == 0) then

@@ -2,12 +2,14 @@
 module finshell_capi_information
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, store_text, text_from
+   use finshell_cpu, only: cpu_level
    use finshell_registry, only: material_names, material_parameters, parameter_t
    use finshell_status, only: status_text
    use finshell_version, only: version
    implicit none
    private
-   public :: version_text, abi, message, material_count, material_name, parameter_count, parameter_information, c_parameter_t
+   public :: version_text, abi, processor, message, material_count, material_name, parameter_count, parameter_information
+   public :: c_parameter_t
 
    integer(c_int32_t), parameter :: abi_number = 1 !< FINSHELL_ABI of the header, SOVERSION of the library
    integer, parameter :: name_size = 32, meaning_size = 128
@@ -35,6 +37,11 @@ contains
       integer(c_int32_t) :: number
       number = abi_number
    end function abi
+
+   function processor() result(level) bind(c, name='finshell_cpu_level')
+      integer(c_int32_t) :: level
+      level = cpu_level()
+   end function processor
 
    function message(code, buffer, size) result(length) bind(c, name='finshell_message')
       integer(c_int32_t), value :: code, size

@@ -4,10 +4,11 @@
 module finshell_capi_section
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_loc, c_null_ptr, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, text_from
+   use finshell_capi_handle, only: free_handle, handle_t, new_handle
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp
    use finshell_registry, only: new_material
-   use finshell_section, only: default_beta0, formulation_s, new_layered_section, ply_t, section_t
+   use finshell_section, only: default_beta0, formulation_s, new_layered_section, ply_t
    use finshell_status, only: status_invalid_argument
    implicit none
    private
@@ -128,10 +129,7 @@ contains
 
    subroutine destroy(section) bind(c, name='finshell_section_destroy')
       type(c_ptr), value :: section
-      type(section_t), pointer :: target
-      if (.not. c_associated(section)) return
-      call c_f_pointer(section, target)
-      deallocate (target)
+      call free_handle(section)
    end subroutine destroy
 
    !> Make the section, or say why not.
@@ -142,20 +140,19 @@ contains
       type(c_ptr), intent(inout), optional :: section
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      type(section_t), pointer :: made
+      type(handle_t), pointer :: made
       type(error_t), allocatable :: error
-      integer :: memory
 
       if (.not. present(section)) then
          code = refuse(status, place, 'section, where the handle is put, is NULL')
          return
       end if
-      allocate (made, stat=memory)
-      if (memory /= 0) then
+      made => new_handle()
+      if (.not. associated(made)) then
          code = refuse_memory(status, place)
          return
       end if
-      call new_layered_section(made, plies, error, chosen%formulation, chosen%beta0, chosen%offset)
+      call new_layered_section(made%section, plies, error, chosen%formulation, chosen%beta0, chosen%offset)
       if (allocated(error)) then
          deallocate (made)
          code = refuse(status, place, error%message)

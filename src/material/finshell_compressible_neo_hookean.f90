@@ -40,6 +40,7 @@ contains
       real(wp), intent(in) :: values(:) !< in the order of `compressible_neo_hookean_parameters`
       class(material_t), allocatable, intent(out) :: law
       character(len=:), allocatable, intent(out) :: message
+      type(compressible_neo_hookean_t) :: made
       real(wp) :: mu, lambda
       associate (e => values(1), nu => values(2))
          mu = values(3)
@@ -61,7 +62,9 @@ contains
             message = 'lambda must not be negative'
          end if
       end associate
-      law = compressible_neo_hookean_t(isotropic=.true., mu=mu, lambda=lambda)
+      made%mu = mu
+      made%lambda = lambda
+      allocate (law, source=made)
    end subroutine new_compressible_neo_hookean
 
    pure subroutine plane_stress(self, n, level, e, w, s, d, status)

@@ -40,15 +40,20 @@ contains
       real(wp), intent(in) :: values(:) !< in the order of `exponential_fibre_parameters`
       class(material_t), allocatable, intent(out) :: law
       character(len=:), allocatable, intent(out) :: message
-      real(wp) :: fibre(3, 2)
+      type(exponential_fibre_t) :: made
       if (.not. values(1) > 0.0_wp) message = 'c0 must be positive'
       if (.not. values(2) > 0.0_wp) message = 'c1 must be positive'
       if (.not. values(3) >= 0.0_wp) message = 'c2 must not be negative'
       if (.not. values(4) >= 0.0_wp) message = 'e_reference must not be negative'
-      fibre = 0.0_wp
-      fibre(1, :) = 1.0_wp
-      law = exponential_fibre_t(isotropic=.false., families=1, fibre=fibre, c0=values(1), c1=values(2), c2=values(3), &
-                                e_reference=values(4))
+      made%fibre = 0.0_wp
+      made%fibre(1, :) = 1.0_wp
+      made%isotropic = .false.
+      made%families = 1
+      made%c0 = values(1)
+      made%c1 = values(2)
+      made%c2 = values(3)
+      made%e_reference = values(4)
+      allocate (law, source=made)
    end subroutine new_exponential_fibre
 
    pure subroutine response(self, x1, x4, r)

@@ -32,9 +32,12 @@ contains
       real(wp), intent(in) :: values(:) !< in the order of `gent_parameters`
       class(material_t), allocatable, intent(out) :: law
       character(len=:), allocatable, intent(out) :: message
+      type(gent_t) :: made
       if (.not. values(1) > 0.0_wp) message = 'mu must be positive'
       if (.not. values(2) > 0.0_wp) message = 'jm must be positive'
-      law = gent_t(isotropic=.true., mu=values(1), jm=values(2))
+      made%mu = values(1)
+      made%jm = values(2)
+      allocate (law, source=made)
    end subroutine new_gent
 
    pure subroutine response(self, x1, x4, r)

@@ -34,14 +34,20 @@ contains
       real(wp), intent(in) :: values(:) !< in the order of `holzapfel_2005_parameters`
       class(material_t), allocatable, intent(out) :: law
       character(len=:), allocatable, intent(out) :: message
-      real(wp) :: fibre(3, 2)
+      type(holzapfel_2005_t) :: made
       if (.not. values(1) > 0.0_wp) message = 'mu must be positive'
       if (.not. values(2) >= 0.0_wp) message = 'k1 must not be negative'
       if (.not. values(3) > 0.0_wp) message = 'k2 must be positive'
       if (.not. (values(4) >= 0.0_wp .and. values(4) <= 1.0_wp)) message = 'rho must lie between 0 and 1'
-      fibre = 0.0_wp
-      fibre(1, :) = 1.0_wp
-      law = holzapfel_2005_t(isotropic=.false., families=1, fibre=fibre, mu=values(1), k1=values(2), k2=values(3), rho=values(4))
+      made%fibre = 0.0_wp
+      made%fibre(1, :) = 1.0_wp
+      made%isotropic = .false.
+      made%families = 1
+      made%mu = values(1)
+      made%k1 = values(2)
+      made%k2 = values(3)
+      made%rho = values(4)
+      allocate (law, source=made)
    end subroutine new_holzapfel_2005
 
    pure subroutine response(self, x1, x4, r)

@@ -36,18 +36,24 @@ contains
       real(wp), intent(in) :: values(:) !< in the order of `holzapfel_gasser_ogden_parameters`
       class(material_t), allocatable, intent(out) :: law
       character(len=:), allocatable, intent(out) :: message
-      real(wp) :: fibre(3, 2), angle
+      type(holzapfel_gasser_ogden_t) :: made
+      real(wp) :: angle
       if (.not. values(1) > 0.0_wp) message = 'c must be positive'
       if (.not. values(2) >= 0.0_wp) message = 'k1 must not be negative'
       if (.not. values(3) > 0.0_wp) message = 'k2 must be positive'
       if (.not. (values(4) >= 0.0_wp .and. 3.0_wp*values(4) <= 1.0_wp)) message = 'kappa must lie between 0 and 1/3'
       if (.not. abs(values(5)) <= 90.0_wp) message = 'angle must lie between -90 and 90 degrees'
       angle = values(5)*(atan(1.0_wp)/45.0_wp)
-      fibre(1, :) = cos(angle)**2
-      fibre(2, :) = sin(angle)**2
-      fibre(3, :) = cos(angle)*sin(angle)*[1.0_wp, -1.0_wp]
-      law = holzapfel_gasser_ogden_t(isotropic=.false., families=2, fibre=fibre, c=values(1), k1=values(2), k2=values(3), &
-                                     kappa=values(4))
+      made%fibre(1, :) = cos(angle)**2
+      made%fibre(2, :) = sin(angle)**2
+      made%fibre(3, :) = cos(angle)*sin(angle)*[1.0_wp, -1.0_wp]
+      made%isotropic = .false.
+      made%families = 2
+      made%c = values(1)
+      made%k1 = values(2)
+      made%k2 = values(3)
+      made%kappa = values(4)
+      allocate (law, source=made)
    end subroutine new_holzapfel_gasser_ogden
 
    pure subroutine response(self, x1, x4, r)

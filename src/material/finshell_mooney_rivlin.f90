@@ -34,8 +34,11 @@ contains
       real(wp), intent(in) :: values(:) !< in the order of `mooney_rivlin_parameters`
       class(material_t), allocatable, intent(out) :: law
       character(len=:), allocatable, intent(out) :: message
+      type(mooney_rivlin_t) :: made
       if (.not. values(1) + values(2) > 0.0_wp) message = 'c10 + c01, half the shear modulus, must be positive'
-      law = mooney_rivlin_t(isotropic=.true., c10=values(1), c01=values(2))
+      made%c10 = values(1)
+      made%c01 = values(2)
+      allocate (law, source=made)
    end subroutine new_mooney_rivlin
 
    pure subroutine plane_stress(self, n, level, e, w, s, d, status)

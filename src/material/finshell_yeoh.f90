@@ -29,8 +29,12 @@ contains
       real(wp), intent(in) :: values(:) !< in the order of `yeoh_parameters`
       class(material_t), allocatable, intent(out) :: law
       character(len=:), allocatable, intent(out) :: message
+      type(yeoh_t) :: made
       if (.not. values(1) > 0.0_wp) message = 'c1 must be positive'
-      law = yeoh_t(isotropic=.true., c1=values(1), c2=values(2), c3=values(3))
+      made%c1 = values(1)
+      made%c2 = values(2)
+      made%c3 = values(3)
+      allocate (law, source=made)
    end subroutine new_yeoh
 
    pure subroutine response(self, x1, x4, r)

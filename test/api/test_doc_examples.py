@@ -38,8 +38,8 @@ class Examples(unittest.TestCase):
     def path(self, *names):
         return os.path.join(self.folder, *names)
 
-    def pkg_config(self, *options):
-        return installed.run("pkg-config", *options, "finshell", env=self.environment).split()
+    def pkg_config(self, *options, package="finshell"):
+        return installed.run("pkg-config", *options, package, env=self.environment).split()
 
     def check(self, output):
         """The numbers of the program in C, by pkg-config, and those of another one agree."""
@@ -60,10 +60,19 @@ class Examples(unittest.TestCase):
                 self.assertLessEqual(len(text.splitlines()), 40)
 
     def test_static_library_from_c(self):
-        static = os.path.join(self.libraries, "libfinshell.a")
-        installed.run(installed.CC, "-std=c99", *self.pkg_config("--cflags"), self.path("square.c"), static, "-o",
-                      self.path("square_static"), "-lgfortran", "-lgomp", "-lm")
-        self.check(installed.run(self.path("square_static"), env=self.environment))
+        for name, options in (("archive", ()), ("static", ("-static",))):
+            with self.subTest(name=name):
+                flags = self.pkg_config(*(["--static"] if options else []), "--cflags", "--libs", package="finshell-static")
+                program = self.path("square_" + name)
+                installed.run(installed.CC, "-std=c99", *options, self.path("square.c"), "-o", program, *flags)
+                self.check(installed.run(program, env=self.environment))
+                self.assertNotIn("libfinshell", installed.run("objdump", "-p", program))
+
+    def test_fortran_by_pkg_config(self):
+        program = self.path("square_fortran")
+        installed.run(installed.FC, self.path("square.f90"), "-o", program,
+                      *self.pkg_config("--cflags", "--libs", package="finshell-static"))
+        self.check(installed.run(program, env=self.environment))
 
     def test_c_plus_plus(self):
         installed.run(installed.CXX, "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *self.pkg_config("--cflags"),
@@ -81,10 +90,10 @@ class Examples(unittest.TestCase):
 
     def test_by_cmake(self):
         # a project in C alone needs no Fortran compiler
-        for language, source, library in (("C", "square.c", "finshell"), ("Fortran", "square.f90", "finshell_static"),
-                                          ("C Fortran", "square.c", "finshell_static")):
-            with self.subTest(language=language):
-                folder = self.path("cmake " + language)
+        for language, source, library in (("C", "square.c", "finshell"), ("C", "square.c", "finshell_static"),
+                                          ("Fortran", "square.f90", "finshell_static")):
+            with self.subTest(language=language, library=library):
+                folder = self.path(f"cmake {language} {library}")
                 os.mkdir(folder)
                 with open(os.path.join(folder, "CMakeLists.txt"), "w", encoding="utf-8") as f:
                     f.write(CMAKE.format(language=language, source=f"../{source}", library=library))

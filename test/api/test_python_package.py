@@ -231,6 +231,62 @@ class Finding(unittest.TestCase):
             self.assertEqual(done.stdout.split(), [finshell.__version__, library], msg=done.stderr)
 
 
+    @unittest.skipUnless(os.environ.get("FINSHELL_LIB"), "needs FINSHELL_LIB")
+    def test_where_it_is_installed(self):
+        # by pkg-config: a folder that nothing else knows
+        with tempfile.TemporaryDirectory() as folder:
+            folder = os.path.realpath(folder)
+            library = os.path.join(folder, "libfinshell.so.1")
+            shutil.copy(os.environ["FINSHELL_LIB"], library)
+            with open(os.path.join(folder, "finshell.pc"), "w", encoding="utf-8") as f:
+                f.write(f"libdir={folder}\nName: finshell\nDescription: a test\nVersion: 1\n")
+            done = self.python("import finshell; print(finshell.version(), finshell.find_library())", FINSHELL_LIB="",
+                               PKG_CONFIG_PATH=folder)
+            self.assertEqual(done.stdout.split()[0], finshell.__version__, msg=done.stderr)
+            if not os.path.exists("/usr/local/lib/libfinshell.so.1"):
+                self.assertEqual(done.stdout.split()[1], library)
+
+
+@unittest.skipUnless(importlib.util.find_spec("flit_core"), "flit_core is not installed")
+class Wheel(unittest.TestCase):
+    """pip install api/python: the package whole, and nothing left in the sources."""
+
+    def test_wheel(self):
+        def listing():
+            return sorted(os.path.join(here, n) for here, folders, names in os.walk(PACKAGE) for n in folders + names
+                          if "__pycache__" not in os.path.join(here, n))
+        before = listing()
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run([sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps",
+                                   "--no-build-isolation", "--target", folder, PACKAGE], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, msg=done.stderr)
+            installed = {n for n in os.listdir(os.path.join(folder, "finshell")) if n != "__pycache__"}
+        self.assertEqual(installed, {n for n in os.listdir(os.path.join(PACKAGE, "finshell")) if n != "__pycache__"})
+        self.assertEqual(listing(), before)
+
+
+@unittest.skipUnless(hasattr(os, "fork"), "this system has no fork")
+class Fork(unittest.TestCase):
+    def test_threads_before_and_after_a_fork(self):
+        # the threads of OpenMP stay behind in the parent; a child that waited for them would never end
+        code = """
+import finshell, numpy as np, os, sys
+X = np.tile(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.]]), (2000, 1, 1))
+u = 0.1 * np.sin(np.arange(X.size).reshape(X.shape))
+section = finshell.Section("neo_hookean", {"mu": 1.0}, 0.1)
+expected = section.evaluate(X, u, 0 * u, threads=2).tangent
+child = os.fork()
+for threads in (2, 0, 1):
+    same = (section.evaluate(X, u, 0 * u, threads=threads).tangent == expected).all()
+    if not same: os._exit(1)
+if child == 0: os._exit(0)
+print(os.waitpid(child, 0)[1])
+"""
+        environment = dict(os.environ, PYTHONPATH=PACKAGE, OMP_NUM_THREADS="2")
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60, check=False)
+        self.assertEqual((done.returncode, done.stdout), (0, "0\n"), msg=done.stderr)
+
+
 @unittest.skipUnless(importlib.util.find_spec("scipy"), "scipy is not installed")
 class Example(unittest.TestCase):
     """examples/cantilever.py against the elastica (test/data/elastica_cantilever_end_shear.csv, force 4)."""

@@ -5,8 +5,11 @@ import ctypes
 import ctypes.util
 import os
 import pathlib
+import shutil
+import subprocess
 import sys
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+import sysconfig
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,13 +58,30 @@ class Recoverable(Error):
     """A call failed because of the state (code > 0): cut the step and try again."""
 
 
+def _folders() -> Iterator[pathlib.Path]:
+    """Folders to look into, in turn: of this package, of this Python, of programs installed by hand, of pkg-config."""
+    here = pathlib.Path(__file__).resolve().parent
+    yield from (here, here.parent)
+    triplet = sysconfig.get_config_var("MULTIARCH") or ""
+    for prefix in dict.fromkeys((sys.prefix, sys.base_prefix, "/usr/local", "/usr")):
+        for name in ("lib", "lib64", os.path.join("lib", triplet)):
+            yield pathlib.Path(prefix, name)
+    if shutil.which("pkg-config"):
+        done = subprocess.run(["pkg-config", "--variable=libdir", "finshell"], capture_output=True, text=True, check=False)
+        if done.returncode == 0:
+            yield pathlib.Path(done.stdout.strip())
+
+
 def find_library() -> str:
-    """Path of libfinshell: the environment variable FINSHELL_LIB, else beside this package, else where the system looks."""
+    """Path of libfinshell.
+
+    The environment variable FINSHELL_LIB, else beside this package, else in the folders of libraries of this Python (sys.prefix)
+    and of the system, else where pkg-config has it, else what the loader finds (LD_LIBRARY_PATH).
+    """
     path = os.environ.get("FINSHELL_LIB")
     if path:
         return path
-    here = pathlib.Path(__file__).resolve().parent
-    for folder in (here, here.parent):
+    for folder in _folders():
         for name in _NAMES:
             if (folder / name).exists():
                 return str(folder / name)
@@ -74,6 +94,7 @@ _C = ctypes.POINTER(ctypes.c_int32)
 _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_abi": (_I, []),
     "finshell_version_text": (ctypes.c_char_p, []),
+    "finshell_cpu_level": (_I, []),
     "finshell_message": (_I, [_I, ctypes.c_char_p, _I]),
     "finshell_material_count": (_I, []),
     "finshell_material_name": (_I, [_I, ctypes.c_char_p, _I, _S]),
@@ -104,7 +125,7 @@ def library() -> ctypes.CDLL:
         try:
             lib = ctypes.CDLL(path)
         except OSError as e:
-            raise OSError(f"libfinshell cannot be loaded ({e}): build it, and set FINSHELL_LIB to its path") from e
+            raise OSError(f"libfinshell cannot be loaded ({e}): build and install it, or set FINSHELL_LIB to its path") from e
         lib.finshell_abi.restype = ctypes.c_int32
         if lib.finshell_abi() != ABI:
             raise OSError(f"{path} has the ABI number {lib.finshell_abi()}, this package needs {ABI}")

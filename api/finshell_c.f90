@@ -1,0 +1,268 @@
+!> libfinshell for Fortran compilers other than the one that built it: the C interface, as a module to compile with your own.
+!>
+!> finshell.h says what the functions do; names are the same. An argument that may be NULL in C is optional here. Arrays have the
+!> shapes of the header in the opposite order, first index fastest: X [n][3][3] is x(3, 3, n). Texts end with c_null_char.
+!> A program that is compiled by the compiler of the library takes the module finshell instead.
+module finshell_c
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_ptr
+   implicit none
+   private :: c_char, c_double, c_int32_t, c_ptr
+   public
+
+   integer(c_int32_t), parameter :: finshell_ok = 0
+   integer(c_int32_t), parameter :: finshell_collapsed_element = 1
+   integer(c_int32_t), parameter :: finshell_material_limit = 2
+   integer(c_int32_t), parameter :: finshell_large_rotation = 3
+   integer(c_int32_t), parameter :: finshell_invalid_argument = -1
+   integer(c_int32_t), parameter :: finshell_degenerate_reference = -2
+   integer(c_int32_t), parameter :: finshell_not_a_number = -3
+   integer(c_int32_t), parameter :: finshell_out_of_memory = -6
+   integer(c_int32_t), parameter :: finshell_rotation_vector = 1
+   integer(c_int32_t), parameter :: finshell_rotation_quaternion = 2
+   integer(c_int32_t), parameter :: finshell_rotation_increment = 3
+   integer(c_int32_t), parameter :: finshell_abi_number = 1 !< what finshell_abi must return
+
+   type, bind(c) :: finshell_status
+      integer(c_int32_t) :: code
+      integer(c_int32_t) :: index !< from 0, as in C
+      integer(c_int32_t) :: failed
+      character(kind=c_char) :: message(244)
+   end type finshell_status
+
+   type, bind(c) :: finshell_parameter
+      character(kind=c_char) :: name(32)
+      character(kind=c_char) :: meaning(128)
+      real(c_double) :: default_value
+      real(c_double) :: example
+      integer(c_int32_t) :: required
+      integer(c_int32_t) :: padding
+   end type finshell_parameter
+
+   type, bind(c) :: finshell_layer
+      type(c_ptr) :: material !< c_loc of a text
+      type(c_ptr) :: names !< c_loc of an array of c_loc of texts
+      type(c_ptr) :: values
+      integer(c_int32_t) :: parameters
+      integer(c_int32_t) :: points
+      real(c_double) :: thickness
+      real(c_double) :: angle
+      real(c_double) :: density
+   end type finshell_layer
+
+   interface
+      function finshell_version_text() result(text) bind(c)
+         import :: c_ptr
+         type(c_ptr) :: text
+      end function finshell_version_text
+
+      function finshell_abi() result(number) bind(c)
+         import :: c_int32_t
+         integer(c_int32_t) :: number
+      end function finshell_abi
+
+      function finshell_cpu_level() result(number) bind(c)
+         import :: c_int32_t
+         integer(c_int32_t) :: number
+      end function finshell_cpu_level
+
+      function finshell_message(code, buffer, size) result(length) bind(c)
+         import :: c_char, c_int32_t
+         integer(c_int32_t), value :: code
+         character(kind=c_char), intent(inout), optional :: buffer(*)
+         integer(c_int32_t), value :: size
+         integer(c_int32_t) :: length
+      end function finshell_message
+
+      function finshell_material_count() result(number) bind(c)
+         import :: c_int32_t
+         integer(c_int32_t) :: number
+      end function finshell_material_count
+
+      function finshell_material_name(i, buffer, size, status) result(code) bind(c)
+         import :: c_char, c_int32_t, finshell_status
+         integer(c_int32_t), value :: i
+         character(kind=c_char), intent(inout), optional :: buffer(*)
+         integer(c_int32_t), value :: size
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_material_name
+
+      function finshell_material_parameter_count(material, status) result(code) bind(c)
+         import :: c_char, c_int32_t, finshell_status
+         character(kind=c_char), intent(in) :: material(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_material_parameter_count
+
+      function finshell_material_parameter(material, i, parameter, status) result(code) bind(c)
+         import :: c_char, c_int32_t, finshell_parameter, finshell_status
+         character(kind=c_char), intent(in) :: material(*)
+         integer(c_int32_t), value :: i
+         type(finshell_parameter), intent(out), optional :: parameter
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_material_parameter
+
+      function finshell_section_create(material, parameters, names, values, thickness, options, option_names, option_values, &
+         section, status) result(code) bind(c)
+         import :: c_char, c_double, c_int32_t, c_ptr, finshell_status
+         character(kind=c_char), intent(in) :: material(*)
+         integer(c_int32_t), value :: parameters
+         type(c_ptr), intent(in), optional :: names(*)
+         real(c_double), intent(in), optional :: values(*)
+         real(c_double), value :: thickness
+         integer(c_int32_t), value :: options
+         type(c_ptr), intent(in), optional :: option_names(*)
+         real(c_double), intent(in), optional :: option_values(*)
+         type(c_ptr), intent(out) :: section
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_create
+
+      function finshell_section_create_layered(layers, layer, options, option_names, option_values, section, &
+         status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_layer, finshell_status
+         integer(c_int32_t), value :: layers
+         type(finshell_layer), intent(in), optional :: layer(*)
+         integer(c_int32_t), value :: options
+         type(c_ptr), intent(in), optional :: option_names(*)
+         real(c_double), intent(in), optional :: option_values(*)
+         type(c_ptr), intent(out) :: section
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_create_layered
+
+      subroutine finshell_section_destroy(section) bind(c)
+         import :: c_ptr
+         type(c_ptr), value :: section
+      end subroutine finshell_section_destroy
+
+      function finshell_evaluate(section, n, x, u, rotations, convention, state, direction, energy, force, tangent, codes, &
+         threads, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: section
+         integer(c_int32_t), value :: n
+         real(c_double), intent(in), optional :: x(*)
+         real(c_double), intent(in), optional :: u(*)
+         real(c_double), intent(in), optional :: rotations(*)
+         integer(c_int32_t), value :: convention
+         real(c_double), intent(in), optional :: state(*)
+         real(c_double), intent(in), optional :: direction(*)
+         real(c_double), intent(out), optional :: energy(*)
+         real(c_double), intent(out), optional :: force(*)
+         real(c_double), intent(out), optional :: tangent(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         integer(c_int32_t), value :: threads
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_evaluate
+
+      function finshell_recover(section, n, x, u, rotations, convention, state, direction, stretch, membrane_force, moment, &
+         stress, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: section
+         integer(c_int32_t), value :: n
+         real(c_double), intent(in), optional :: x(*)
+         real(c_double), intent(in), optional :: u(*)
+         real(c_double), intent(in), optional :: rotations(*)
+         integer(c_int32_t), value :: convention
+         real(c_double), intent(in), optional :: state(*)
+         real(c_double), intent(in), optional :: direction(*)
+         real(c_double), intent(out), optional :: stretch(*)
+         real(c_double), intent(out), optional :: membrane_force(*)
+         real(c_double), intent(out), optional :: moment(*)
+         real(c_double), intent(out), optional :: stress(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_recover
+
+      function finshell_mass_matrix(section, n, x, consistent, lumped, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: section
+         integer(c_int32_t), value :: n
+         real(c_double), intent(in), optional :: x(*)
+         real(c_double), intent(out), optional :: consistent(*)
+         real(c_double), intent(out), optional :: lumped(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_mass_matrix
+
+      function finshell_pressure_load(n, pressure, x, u, form, origin, force, stiffness, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, finshell_status
+         integer(c_int32_t), value :: n
+         real(c_double), intent(in), optional :: pressure(*)
+         real(c_double), intent(in), optional :: x(*)
+         real(c_double), intent(in), optional :: u(*)
+         integer(c_int32_t), value :: form
+         real(c_double), intent(in), optional :: origin(*)
+         real(c_double), intent(out), optional :: force(*)
+         real(c_double), intent(out), optional :: stiffness(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_pressure_load
+
+      function finshell_rotation_exp(n, vector, quaternion, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, finshell_status
+         integer(c_int32_t), value :: n
+         real(c_double), intent(in), optional :: vector(*)
+         real(c_double), intent(out), optional :: quaternion(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_rotation_exp
+
+      function finshell_rotation_log(n, quaternion, vector, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, finshell_status
+         integer(c_int32_t), value :: n
+         real(c_double), intent(in), optional :: quaternion(*)
+         real(c_double), intent(out), optional :: vector(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_rotation_log
+
+      function finshell_rotation_compose(n, a, b, c, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, finshell_status
+         integer(c_int32_t), value :: n
+         real(c_double), intent(in), optional :: a(*)
+         real(c_double), intent(in), optional :: b(*)
+         real(c_double), intent(out), optional :: c(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_rotation_compose
+
+      function finshell_rotation_update(n, spin, quaternion, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, finshell_status
+         integer(c_int32_t), value :: n
+         real(c_double), intent(in), optional :: spin(*)
+         real(c_double), intent(inout), optional :: quaternion(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_rotation_update
+
+      function finshell_rotation_matrix(n, quaternion, matrix, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, finshell_status
+         integer(c_int32_t), value :: n
+         real(c_double), intent(in), optional :: quaternion(*)
+         real(c_double), intent(out), optional :: matrix(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_rotation_matrix
+
+      function finshell_rotation_tangent(n, vector, tangent, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, finshell_status
+         integer(c_int32_t), value :: n
+         real(c_double), intent(in), optional :: vector(*)
+         real(c_double), intent(out), optional :: tangent(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_rotation_tangent
+   end interface
+end module finshell_c

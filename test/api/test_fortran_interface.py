@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+"""api/finshell_c.f90, the C interface for any Fortran compiler: it says what the header says, and programs that use it compute
+what a program in C does, with the compiler of the library and with flang when it is installed."""
+import os
+import re
+import shutil
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import installed  # noqa: E402
+
+MODULE = os.path.join(installed.SOURCE, "api", "finshell_c.f90")
+LIBRARY = os.environ.get("FINSHELL_LIB", "")
+FLANG = next((path for path in map(shutil.which, ("flang-new", "flang", "flang-new-19", "flang-19")) if path), None)
+# What an argument of the header is in Fortran (name left out).
+KINDS = {
+    "int32_t": "integer(c_int32_t), value", "double": "real(c_double), value",
+    "const double *": "real(c_double), intent(in), optional (*)", "double *": "real(c_double), intent(out), optional (*)",
+    "int32_t *": "integer(c_int32_t), intent(out), optional (*)", "finshell_status *": "type(finshell_status), intent(out), optional",
+    "const char *": "character(kind=c_char), intent(in) (*)", "char *": "character(kind=c_char), intent(inout), optional (*)",
+    "const char *const *": "type(c_ptr), intent(in), optional (*)", "const finshell_section *": "type(c_ptr), value",
+    "finshell_section *": "type(c_ptr), value", "finshell_section **": "type(c_ptr), intent(out)",
+    "const finshell_layer *": "type(finshell_layer), intent(in), optional (*)",
+    "finshell_parameter *": "type(finshell_parameter), intent(out), optional"}
+PROGRAM = """program square
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr
+   use finshell_c
+   implicit none
+   character(kind=c_char, len=4), target :: names(2) = ['c10'//c_null_char, 'c01'//c_null_char]
+   type(c_ptr) :: section
+   type(finshell_status) :: status
+   real(c_double) :: x(3, 3, 2), u(3, 3, 2), t(3, 3, 2), energy(2), force(18, 2), tangent(18, 18, 2)
+   integer(c_int32_t) :: code
+
+   if (finshell_abi() /= finshell_abi_number) error stop 'library and module do not fit'
+   x = reshape([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0], [3, 3, 2])
+   u = 0
+   t = 0
+   u(1, :, :) = 0.2_c_double*x(1, :, :)
+   t(2, :, :) = -0.1_c_double*x(1, :, :)
+   code = finshell_section_create('mooney_rivlin'//c_null_char, 2, [c_loc(names(1)), c_loc(names(2))], &
+                                  [80.0_c_double, 20.0_c_double], 0.1_c_double, 0, section=section, status=status)
+   if (code /= finshell_ok) error stop 'no section'
+   code = finshell_evaluate(section, 2, x, u, t, finshell_rotation_vector, energy=energy, force=force, tangent=tangent, &
+                            threads=1, status=status)
+   call finshell_section_destroy(section)
+   if (code /= finshell_ok .or. status%index /= -1) error stop 'not evaluated'
+   print '(a, es21.14)', 'energy ', sum(energy)
+   print '(a, es21.14)', 'force ', force(7, 1) + force(13, 1) + force(7, 2)
+   print '(a, es21.14)', 'moment ', force(11, 1) + force(17, 1) + force(11, 2)
+   print '(a, es21.14)', 'stiffness ', tangent(7, 7, 1)
+end program square
+"""
+
+
+class Interface(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        with open(os.path.join(installed.SOURCE, "api", "finshell.h"), encoding="utf-8") as f:
+            cls.header = re.sub(r"/\*.*?\*/", "", f.read(), flags=re.S)
+        with open(MODULE, encoding="utf-8") as f:
+            cls.module = re.sub(r" *!.*", "", f.read())
+        cls.module = re.sub(r" *&\n *", " ", cls.module)
+
+    def test_functions(self):
+        expected = re.findall(r"^(const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.header, re.M)
+        bodies = {name: (arguments, body) for name, arguments, body in
+                  re.findall(r"(?:function|subroutine) (finshell_\w+)\((.*?)\)(?: result\(\w+\))? bind\(c\)\n(.*?)\n *end ", self.module, re.S)}
+        self.assertEqual(set(bodies), {name for _, name, _ in expected})
+        for result, name, arguments in expected:
+            with self.subTest(name=name):
+                listed, body = bodies[name]
+                wanted = []
+                for argument in ([] if arguments == "void" else arguments.split(",")):
+                    kind, variable = re.fullmatch(r"(.*?)(\w+)", " ".join(argument.split())).groups()
+                    kind = KINDS[kind.strip()]
+                    if name == "finshell_rotation_update" and variable == "quaternion":
+                        kind = kind.replace("out", "inout")
+                    wanted.append((variable.lower(), kind))
+                self.assertEqual([a.strip() for a in listed.split(",") if a.strip()], [variable for variable, _ in wanted])
+                for variable, kind in wanted:
+                    found = re.search(rf"^ *(.*?) :: {variable}(\(\*\))?$", body, re.M)
+                    self.assertEqual(f"{found.group(1)} {found.group(2) or ''}".strip(), kind, msg=variable)
+                kind = {"int32_t": "integer(c_int32_t)", "const char *": "type(c_ptr)", "void": None}[result.strip()]
+                if kind:
+                    self.assertEqual(body.rstrip().splitlines()[-1].split("::")[0].strip(), kind)
+
+    def test_numbers(self):
+        for name, value in re.findall(r"(FINSHELL_\w+) = (-?\d+)", self.header):
+            self.assertIn(f"{name.lower()} = {value}\n", self.module)
+        self.assertIn(f"finshell_abi_number = {re.search(r'FINSHELL_ABI (.)', self.header).group(1)}\n", self.module)
+
+    def test_structures(self):
+        for name in ("status", "parameter", "layer"):
+            fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.header, re.S).group(1)
+            names = [re.search(r"(\w+)(\[\d+\])?$", f.strip()).group(0).replace("[", "(").replace("]", ")") for f in fields.split(";") if f.strip()]
+            body = re.search(rf"type, bind\(c\) :: finshell_{name}\n(.*?)\n *end type", self.module, re.S).group(1)
+            self.assertEqual([line.split("::")[1].strip() for line in body.splitlines()], names)
+
+    def run_program(self, compiler, *options):
+        with tempfile.TemporaryDirectory() as folder:
+            source, program = os.path.join(folder, "square.f90"), os.path.join(folder, "square")
+            with open(source, "w", encoding="utf-8") as f:
+                f.write(PROGRAM)
+            libraries = os.path.dirname(LIBRARY)
+            installed.run(compiler, *options, MODULE, source, "-o", program, LIBRARY, f"-Wl,-rpath,{libraries}", cwd=folder)
+            lines = installed.run(program).splitlines()
+        found = {line.split()[0]: float(line.split()[1]) for line in lines}
+        # those of doc/c_api.md, which test_doc_examples.py compares with one another
+        sys.path.insert(0, os.path.join(installed.SOURCE, "api", "python"))
+        import numpy as np
+        os.environ["FINSHELL_LIB"] = LIBRARY
+        import finshell
+        X = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], dtype=float)
+        u, t = np.zeros((2, 3, 3)), np.zeros((2, 3, 3))
+        u[:, :, 0], t[:, :, 1] = 0.2 * X[:, :, 0], -0.1 * X[:, :, 0]
+        r = finshell.Section("mooney_rivlin", {"c10": 80.0, "c01": 20.0}, thickness=0.1).evaluate(X, u, t)
+        self.assertAlmostEqual(found["energy"], r.energy.sum(), delta=1e-12)
+        self.assertAlmostEqual(found["force"], r.force[0, 6] + r.force[0, 12] + r.force[1, 6], delta=1e-12)
+        self.assertAlmostEqual(found["moment"], r.force[0, 10] + r.force[0, 16] + r.force[1, 10], delta=1e-12)
+        self.assertAlmostEqual(found["stiffness"], r.tangent[0, 6, 6], delta=1e-11)
+
+    def test_program(self):
+        self.run_program(installed.FC, *(["-std=f2018", "-Wall", "-Wextra", "-Werror"] if "gfortran" in installed.FC else []))
+
+    @unittest.skipUnless(FLANG, "flang is not installed")
+    def test_program_by_flang(self):
+        self.run_program(FLANG)
+
+
+if __name__ == "__main__":
+    unittest.main()
