@@ -2,7 +2,8 @@
 """The C tests under valgrind's memcheck and with the address and undefined-behaviour sanitizers: no error, no leak. Threads of a
 host with the thread sanitizer: no race (threads of OpenMP are left out, whose barriers it does not know).
 
-The library is built anew for each (kept in the build folder, so the second run is quick): valgrind knows no 512-bit instructions.
+The library is built anew for each sanitizer (kept in the build folder, so the second run is quick). Valgrind, which knows no 512-bit
+instructions, sees the programs of the tests as they are where the library chooses by the processor.
 """
 import glob
 import os
@@ -22,7 +23,8 @@ def build(name, flags):
     """Library and test programs compiled with some flags; the folder they are in."""
     folder = os.path.join(installed.BINARY, "test", name)
     installed.run("cmake", "-G", "Ninja", "-S", installed.SOURCE, "-B", folder, "-DFINSHELL_DRIVER=OFF", "-DFINSHELL_TESTS=OFF",
-                  "-DCMAKE_BUILD_TYPE=None", f"-DCMAKE_Fortran_COMPILER={installed.FC}", f"-DCMAKE_C_COMPILER={installed.CC}",
+                  "-DCMAKE_BUILD_TYPE=None", "-DFINSHELL_DISPATCH=OFF", "-DFINSHELL_BENCHMARKS=OFF",
+                  f"-DCMAKE_Fortran_COMPILER={installed.FC}", f"-DCMAKE_C_COMPILER={installed.CC}",
                   f"-DCMAKE_Fortran_FLAGS=-std=f2018 -fimplicit-none -ffree-line-length-none {flags}")
     installed.run("cmake", "--build", folder, "--target", "finshell_static")
     library = glob.glob(os.path.join(folder, "**", "libfinshell.a"), recursive=True)[0]
@@ -50,14 +52,14 @@ def critical_procedures():
 
 
 class Clean(unittest.TestCase):
-    def run_all(self, folder, *before, programs=PROGRAMS, **environment):
+    def run_all(self, folder, *before, programs=PROGRAMS, prefix="", **environment):
         for program, arguments in programs:
             with self.subTest(program=program):
                 for old in glob.glob(os.path.join(folder, "log.*")):
                     os.remove(old)
                 # the programs catch what is printed on the standard streams
                 try:
-                    output = installed.run(*before, os.path.join(folder, program), *arguments, env=dict(os.environ, **environment))
+                    output = installed.run(*before, os.path.join(folder, prefix + program), *arguments, env=dict(os.environ, **environment))
                 except AssertionError as e:
                     logs = "".join(pathlib.Path(log).read_text(errors="replace") for log in glob.glob(os.path.join(folder, "log.*")))
                     raise AssertionError(f"{e}\n{logs[:5000]}") from None
@@ -79,9 +81,13 @@ class Clean(unittest.TestCase):
 
     @unittest.skipUnless(shutil.which("valgrind"), "valgrind is not installed")
     def test_memcheck(self):
-        folder = build("memcheck", "-g -O1")
+        prefix = ""
+        if os.path.isdir(os.path.join(installed.BINARY, "dispatch")):
+            folder, prefix = os.path.join(installed.BINARY, "test", "bin"), "api."
+        else:
+            folder = build("memcheck", "-g -O1")
         self.run_all(folder, "valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full",
-                     "--errors-for-leak-kinds=definite,indirect", "--fair-sched=yes", f"--log-file={folder}/log.%p")
+                     "--errors-for-leak-kinds=definite,indirect", "--fair-sched=yes", f"--log-file={folder}/log.%p", prefix=prefix)
 
 
 if __name__ == "__main__":
