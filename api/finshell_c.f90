@@ -68,6 +68,7 @@ module finshell_c
       function finshell_message(code, buffer, size) result(length) bind(c)
          import :: c_char, c_int32_t
          integer(c_int32_t), value :: code
+         ! allow(C072)
          character(kind=c_char), intent(inout), optional :: buffer(*)
          integer(c_int32_t), value :: size
          integer(c_int32_t) :: length
@@ -81,6 +82,7 @@ module finshell_c
       function finshell_material_name(i, buffer, size, status) result(code) bind(c)
          import :: c_char, c_int32_t, finshell_status
          integer(c_int32_t), value :: i
+         ! allow(C072)
          character(kind=c_char), intent(inout), optional :: buffer(*)
          integer(c_int32_t), value :: size
          type(finshell_status), intent(out), optional :: status
