@@ -7,9 +7,10 @@
 module finshell_core
    use finshell_kinds, only: wp, i4, lanes
    use finshell_bending, only: bending_t, new_bending
-   use finshell_core_derivatives, only: stress_t, core_gradient, predict, core_material_hessian, stabilised_geometric, &
-      paper_geometric, von_karman_geometric, add_side_terms
-   use finshell_core_strain, only: n_core, row, column, drilling_stiffness, add_drilling_force, stabilised_strain, paper_strain
+   use finshell_core_force, only: work_t, new_work, add_slope_force, add_stabilised_force, add_paper_force
+   use finshell_core_hessian, only: stress_t, strain_derivatives_t, strain_derivatives, predict, core_material_hessian, &
+      curvature_hessian, slope_hessian, stabilised_geometric, paper_geometric
+   use finshell_core_strain, only: n_core, row, column, drilling_stiffness, stabilised_strain, paper_strain
    use finshell_drilling, only: drilling_t, new_drilling
    use finshell_filter, only: filter_t
    use finshell_material, only: level_force, level_tangent
@@ -52,27 +53,31 @@ contains
       type(bending_t) :: bend
       type(drilling_t) :: drill
       real(wp) :: higher(lanes, 3, 3, 3), kh(lanes, 6), tau(lanes, 3), slope(lanes, 6)
-      real(wp) :: membrane(lanes, 3, 3), dm(lanes, 3, n_core, 3)
-      real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes), side(lanes, 3)
+      type(work_t) :: work
+      type(strain_derivatives_t) :: derivatives
+      real(wp) :: membrane(lanes, 3, 3)
+      real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes)
       real(wp) :: point_axes(points_per_block, 2)
       integer(i4) :: point_status(points_per_block)
+      logical :: stabilised
       integer :: g, groups, i, j, k, v
 
+      stabilised = section%formulation == formulation_s
       do k = 1, 3
          tau(:, k) = filter%theta(:, 3, k)
          slope(:, 2*k - 1) = filter%slope(:, 1, k)
          slope(:, 2*k) = filter%slope(:, 2, k)
       end do
-      call new_bending(level, ref, filter%c, slope, bend)
+      call new_bending(section, level, ref, filter%c, filter%jacobian, slope, bend)
       call higher_order_strain(ref, section%beta0, higher)
-      if (section%formulation == formulation_s) then
+      if (stabilised) then
          groups = 1
          call new_drilling(level, ref, filter%c, filter%jacobian, tau, drill)
-         call stabilised_strain(level, filter%strain, bend, drill, membrane, dm)
+         call stabilised_strain(filter%strain, bend, drill, membrane)
          call drilling_stiffness(section, ref, higher, axes, kh)
       else
          groups = 3
-         call paper_strain(level, ref, filter, tau, bend, higher, membrane, dm)
+         call paper_strain(ref, filter, tau, bend, higher, membrane)
       end if
 
       ! resultants at the three points; a material limit is news only where the geometry is sound
@@ -94,46 +99,60 @@ contains
       associate (w => core%resultants%energy)
          core%energy = weight*(w(1:lanes) + w(lanes + 1:2*lanes) + w(2*lanes + 1:3*lanes))
       end associate
-      if (groups == 1) then
+      if (stabilised) then
          core%energy = core%energy + 0.5_wp*(kh(:, 1)*tau(:, 1)**2 + kh(:, 2)*tau(:, 2)**2 + kh(:, 3)*tau(:, 3)**2) &
             + kh(:, 4)*tau(:, 1)*tau(:, 2) + kh(:, 5)*tau(:, 1)*tau(:, 3) + kh(:, 6)*tau(:, 2)*tau(:, 3)
       end if
       if (level < level_force) return
 
-      call core_gradient(groups, weight, core%resultants, bend, dm, l, dl, core%gradient)
-      if (groups == 1) call add_drilling_force(kh, tau, core%gradient)
+      call gradient_of(core%resultants, work, core%gradient)
       if (level < level_tangent) return
+      call strain_derivatives(stabilised, ref, filter, tau, bend, drill, higher, l, dl, work, derivatives)
       if (present(variation) .and. present(predicted)) then
-         call predict(groups, core%resultants, bend, dm, l, dl, variation, predicted)
+         call predict(core%resultants, derivatives, variation, predicted)
          return
       end if
 
+      call core_material_hessian(weight, core%resultants, derivatives, core%hessian)
+      core%geometric_gradient = core%gradient
       if (present(stress)) then
          core%resultants%n = stress%n
          core%resultants%m = stress%m
-         call core_gradient(groups, weight, core%resultants, bend, dm, l, dl, core%geometric_gradient)
-         if (groups == 1) call add_drilling_force(kh, tau, core%geometric_gradient)
-      else
-         core%geometric_gradient = core%gradient
+         call gradient_of(core%resultants, work, core%geometric_gradient)
       end if
-      call core_material_hessian(groups, weight, core%resultants, bend, dm, l, dl, ddl, core%hessian, side)
-      if (groups == 1) then
+      call curvature_hessian(ref, bend, work, l, dl, ddl, derivatives, core%hessian)
+      call slope_hessian(stabilised, ref, bend, work, derivatives, core%hessian)
+      if (stabilised) then
          do k = 1, 6
             i = 3 + row(k)
             j = 3 + column(k)
             core%hessian(:, i, j) = core%hessian(:, i, j) + kh(:, k)
          end do
-         call stabilised_geometric(ref, filter, drill, weight, core%resultants, core%hessian)
+         call stabilised_geometric(ref, filter, drill, work, core%hessian)
       else
-         call paper_geometric(ref, filter, tau, higher, weight, core%resultants, core%hessian)
+         call paper_geometric(ref, filter, tau, higher, work, core%hessian)
       end if
-      call von_karman_geometric(groups, weight, core%resultants, bend, core%hessian, side)
-      call add_side_terms(ref, bend, side, core%hessian)
       do j = 1, n_core
          do i = 1, j - 1
             core%hessian(:, j, i) = core%hessian(:, i, j)
          end do
       end do
+
+   contains
+
+      pure subroutine gradient_of(resultants, work, gradient)
+         type(resultants_t), intent(in) :: resultants
+         type(work_t), intent(inout) :: work !< also what the second derivatives need
+         real(wp), intent(out) :: gradient(lanes, n_core)
+         call new_work(stabilised, ref, weight, resultants, bend, l, work)
+         gradient = 0
+         call add_slope_force(stabilised, ref, bend, l, dl, work, gradient)
+         if (stabilised) then
+            call add_stabilised_force(drill, kh, tau, work, gradient)
+         else
+            call add_paper_force(ref, filter, tau, higher, work, gradient)
+         end if
+      end subroutine gradient_of
    end subroutine evaluate_core
 
 end module finshell_core

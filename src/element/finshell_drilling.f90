@@ -1,7 +1,8 @@
 !> Membrane strain of the drilling rotations: linear part, and the quadratic part that keeps large stretch stable.
 !>
 !> Formulation (S) of the theory: D + (1 - eta) Qbar + eta <Q>, with D = J d, d = B_b tau, Qbar = 1/2 D C^-1 D = 1/2 d adj(C) d,
-!> <Q> the mean quadratic Green strain of the side bubbles, eta(J) = 1 for J >= 0.95. Both quadratic strains are linear in C and
+!> <Q> the mean quadratic Green strain of the side bubbles, eta a step of the harmonic mean of the
+!> squared stretches, 1 at C = I (new_drilling). Both quadratic strains are linear in C and
 !> quadratic in the two differences a = (tau_1 - tau_3, tau_2 - tau_3), and are kept as such: Q_v = 1/2 sum z(v, ab, m) a_a a_b C_m
 !> with ab in (11, 22, 12) and C_m in (C11, C22, C12).
 module finshell_drilling
@@ -22,7 +23,8 @@ module finshell_drilling
    type :: drilling_t
       real(wp) :: a(lanes, 2) !< drilling differences
       real(wp) :: dj(lanes, 3) !< dJ/d(midsurface strain)
-      real(wp) :: eta(lanes), deta(lanes), ddeta(lanes)
+      real(wp) :: eta(lanes), deta(lanes), ddeta(lanes) !< derivatives with respect to s
+      real(wp) :: ds(lanes, 3), dds(lanes, 6) !< of s with respect to the midsurface strain
       real(wp) :: linear(lanes, 3) !< d
       type(quadratic_t) :: qbar, q
       real(wp) :: strain(lanes, 3)
@@ -32,21 +34,40 @@ module finshell_drilling
 contains
 
    !> Drilling strain of a block of elements with its first derivatives.
+   !>
+   !> eta is a smooth step of s = 2 J^2/tr C - 1 between 0 and 1: 2 J^2/tr C is the harmonic mean of the squared principal
+   !> stretches, so <Q>, which a compressive stress would turn against the drilling stiffness, acts only where both directions
+   !> are stretched.
    pure subroutine new_drilling(level, ref, c, jacobian, tau, d)
       integer, intent(in) :: level
       type(reference_t), intent(in) :: ref
       real(wp), intent(in) :: c(lanes, 3), jacobian(lanes)
       real(wp), intent(in) :: tau(lanes, 3) !< drilling angles
       type(drilling_t), intent(out) :: d
-      real(wp), dimension(lanes) :: inverse, s
+      real(wp), dimension(lanes) :: inverse, mean, s
       integer :: i, v
 
       d%a(:, 1) = tau(:, 1) - tau(:, 3)
       d%a(:, 2) = tau(:, 2) - tau(:, 3)
-      s = min(max((jacobian - 0.6_wp)*(1/0.35_wp), 0.0_wp), 1.0_wp)
+      inverse = 1/(c(:, 1) + c(:, 2))
+      mean = 2*jacobian**2*inverse
+      s = min(max(mean - 1, 0.0_wp), 1.0_wp)
       d%eta = s**3*(10 - 15*s + 6*s**2)
-      d%deta = (30/0.35_wp)*(s*(1 - s))**2
-      d%ddeta = (60/0.35_wp**2)*s*(1 - s)*(1 - 2*s)
+      if (level >= level_force) then
+         d%deta = 30*(s*(1 - s))**2
+         d%ds(:, 1) = (4*c(:, 2) - 2*mean)*inverse
+         d%ds(:, 2) = (4*c(:, 1) - 2*mean)*inverse
+         d%ds(:, 3) = -4*c(:, 3)*inverse
+      end if
+      if (level >= level_tangent) then
+         d%ddeta = 60*s*(1 - s)*(1 - 2*s)
+         d%dds(:, 1) = -4*d%ds(:, 1)*inverse
+         d%dds(:, 2) = -4*d%ds(:, 2)*inverse
+         d%dds(:, 3) = -4*inverse
+         d%dds(:, 4) = (8 - 2*d%ds(:, 1) - 2*d%ds(:, 2))*inverse
+         d%dds(:, 5) = -2*d%ds(:, 3)*inverse
+         d%dds(:, 6) = d%dds(:, 5)
+      end if
       inverse = 1/jacobian
       d%dj(:, 1) = c(:, 2)*inverse
       d%dj(:, 2) = c(:, 1)*inverse
@@ -67,7 +88,7 @@ contains
       end do
       do i = 1, 3
          do v = 1, 3
-            d%strain_e(:, v, i) = d%dj(:, i)*(d%linear(:, v) + d%deta*(d%q%value(:, v) - d%qbar%value(:, v))) &
+            d%strain_e(:, v, i) = d%dj(:, i)*d%linear(:, v) + d%deta*d%ds(:, i)*(d%q%value(:, v) - d%qbar%value(:, v)) &
                + (1 - d%eta)*d%qbar%de(:, v, i) + d%eta*d%q%de(:, v, i)
          end do
       end do
@@ -104,16 +125,12 @@ contains
       type(reference_t), intent(in) :: ref
       type(quadratic_t), intent(inout) :: quadratic
       integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
-      real(wp), parameter :: factor = (alpha_b/8)**2/3
+      real(wp), parameter :: factor = (alpha_b/8)**2
       real(wp) :: mean(lanes, 3, 6), metric(lanes, 3, 6)
       integer :: kl, m, v
+      mean = factor*ref%bubble_mean
       do kl = 1, 6
-         associate (nk => ref%bubble(:, :, first(kl), :), nl => ref%bubble(:, :, second(kl), :), &
-                    lk => ref%side(:, :, first(kl)), ll => ref%side(:, :, second(kl)))
-            mean(:, 1, kl) = factor*(nk(:, 1, 1)*nl(:, 1, 1) + nk(:, 1, 2)*nl(:, 1, 2) + nk(:, 1, 3)*nl(:, 1, 3))
-            mean(:, 2, kl) = factor*(nk(:, 2, 1)*nl(:, 2, 1) + nk(:, 2, 2)*nl(:, 2, 2) + nk(:, 2, 3)*nl(:, 2, 3))
-            mean(:, 3, kl) = factor*(nk(:, 1, 1)*nl(:, 2, 1) + nk(:, 1, 2)*nl(:, 2, 2) + nk(:, 1, 3)*nl(:, 2, 3) &
-                                     + nk(:, 2, 1)*nl(:, 1, 1) + nk(:, 2, 2)*nl(:, 1, 2) + nk(:, 2, 3)*nl(:, 1, 3))
+         associate (lk => ref%side(:, :, first(kl)), ll => ref%side(:, :, second(kl)))
             metric(:, 1, kl) = lk(:, 1)*ll(:, 1)
             metric(:, 2, kl) = lk(:, 2)*ll(:, 2)
             metric(:, 3, kl) = lk(:, 1)*ll(:, 2) + lk(:, 2)*ll(:, 1)
@@ -167,8 +184,8 @@ contains
       real(wp), intent(out) :: ea(lanes, 3, 2) !< strain-difference
       real(wp), intent(out) :: aa(lanes, 3) !< difference-difference, (11, 22, 12)
       integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
-      real(wp) :: zn(lanes, 3, 3), de(lanes, 3), da(lanes, 2)
-      real(wp), dimension(lanes) :: coefficient, difference, inverse, nd
+      real(wp) :: zn(lanes, 3, 3), de(lanes, 3), da(lanes, 2), nb(lanes, 2)
+      real(wp), dimension(lanes) :: difference, inverse, nd
       integer :: ab, i, j, k, m
 
       ! z is blended once, then contracted with n
@@ -190,24 +207,25 @@ contains
                             + n(:, 3)*(d%q%de(:, 3, i) - d%qbar%de(:, 3, i)))
       end do
       do j = 1, 2
-         da(:, j) = n(:, 1)*ref%basic(:, 1, j) + n(:, 2)*ref%basic(:, 2, j) + n(:, 3)*ref%basic(:, 3, j) &
-            + d%deta*(n(:, 1)*(d%q%da(:, 1, j) - d%qbar%da(:, 1, j)) + n(:, 2)*(d%q%da(:, 2, j) - d%qbar%da(:, 2, j)) &
+         nb(:, j) = n(:, 1)*ref%basic(:, 1, j) + n(:, 2)*ref%basic(:, 2, j) + n(:, 3)*ref%basic(:, 3, j)
+         da(:, j) = d%deta*(n(:, 1)*(d%q%da(:, 1, j) - d%qbar%da(:, 1, j)) + n(:, 2)*(d%q%da(:, 2, j) - d%qbar%da(:, 2, j)) &
                       + n(:, 3)*(d%q%da(:, 3, j) - d%qbar%da(:, 3, j)))
       end do
       do i = 1, 3
-         ea(:, i, 1) = merge(1, 2, i == 3)*(zn(:, 1, i)*d%a(:, 1) + zn(:, 3, i)*d%a(:, 2)) + d%dj(:, i)*da(:, 1)
-         ea(:, i, 2) = merge(1, 2, i == 3)*(zn(:, 3, i)*d%a(:, 1) + zn(:, 2, i)*d%a(:, 2)) + d%dj(:, i)*da(:, 2)
+         ea(:, i, 1) = merge(1, 2, i == 3)*(zn(:, 1, i)*d%a(:, 1) + zn(:, 3, i)*d%a(:, 2)) &
+            + d%dj(:, i)*nb(:, 1) + d%ds(:, i)*da(:, 1)
+         ea(:, i, 2) = merge(1, 2, i == 3)*(zn(:, 3, i)*d%a(:, 1) + zn(:, 2, i)*d%a(:, 2)) &
+            + d%dj(:, i)*nb(:, 2) + d%ds(:, i)*da(:, 2)
       end do
       ! J J,ab = (J^2),ab/2 - J,a J,b with (J^2),12 = 4 and (J^2),33 = -2
       inverse = 1/jacobian
-      coefficient = nd + d%deta*difference
       do k = 1, 6
          i = first(k)
          j = second(k)
-         ee(:, k) = -coefficient*inverse*d%dj(:, i)*d%dj(:, j) + d%ddeta*difference*d%dj(:, i)*d%dj(:, j) &
-            + d%dj(:, i)*de(:, j) + d%dj(:, j)*de(:, i)
+         ee(:, k) = -nd*inverse*d%dj(:, i)*d%dj(:, j) + d%ds(:, i)*de(:, j) + d%ds(:, j)*de(:, i) &
+            + difference*(d%ddeta*d%ds(:, i)*d%ds(:, j) + d%deta*d%dds(:, k))
       end do
-      ee(:, 3) = ee(:, 3) - coefficient*inverse
-      ee(:, 4) = ee(:, 4) + 2*coefficient*inverse
+      ee(:, 3) = ee(:, 3) - nd*inverse
+      ee(:, 4) = ee(:, 4) + 2*nd*inverse
    end subroutine add_drilling_hessian
 end module finshell_drilling

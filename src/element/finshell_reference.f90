@@ -7,13 +7,15 @@ module finshell_reference
    use finshell_status, only: status_degenerate_reference
    implicit none
    private
-   public :: reference_t, new_reference, higher_order_strain, side_from, side_to, zeta, alpha_b
+   public :: reference_t, new_reference, higher_order_strain, side_from, side_to, zeta, n_side, alpha_b
 
    !> Side k runs from node side_from(k) to node side_to(k).
    integer, parameter :: side_from(3) = [1, 2, 3], side_to(3) = [2, 3, 1], opposite_of_side(3) = [3, 1, 2]
 
    !> In-plane integration points: area coordinates (node, point), each of weight 1/3.
    real(wp), parameter :: zeta(3, 3) = reshape([4, 1, 1, 1, 4, 1, 1, 1, 4], [3, 3])/6.0_wp
+   !> Side function 4 zeta_i zeta_j (side, point).
+   real(wp), parameter :: n_side(3, 3) = reshape([4, 1, 4, 4, 4, 1, 1, 4, 4], [3, 3])/9.0_wp
 
    real(wp), parameter :: alpha_b = 1.5_wp !< force lumping of the basic part, the optimal value
 
@@ -25,6 +27,8 @@ module finshell_reference
       real(wp) :: side2(lanes, 3) !< |L_k|^2
       real(wp) :: gradient(lanes, 2, 3) !< gradient of the area coordinate of each node
       real(wp) :: bubble(lanes, 2, 3, 3) !< gradient of the side function 4 zeta_i zeta_j (component, side, point)
+      !> Mean of grad N_k (x) grad N_l, Voigt, for the pairs of sides 11, 22, 33, 12, 13, 23.
+      real(wp) :: bubble_mean(lanes, 3, 6)
       real(wp) :: basic(lanes, 3, 2) !< basic drilling strain (Voigt) per unit (tau_1 - tau_3), (tau_2 - tau_3)
    end type reference_t
 
@@ -37,6 +41,7 @@ contains
       integer(i4), intent(inout) :: status(lanes) !< status_degenerate_reference where the area vanishes
       real(wp), dimension(lanes, 3) :: a, b, c, column
       real(wp), dimension(lanes) :: length, twice_area, inverse
+      integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
       integer :: g, i, k
 
       a = nodes(:, :, 2) - nodes(:, :, 1)
@@ -96,6 +101,14 @@ contains
                                            + zeta(side_from(k), g)*ref%gradient(:, i, side_to(k)))
             end do
          end do
+      end do
+      do g = 1, 6
+         associate (nk => ref%bubble(:, :, first(g), :), nl => ref%bubble(:, :, second(g), :))
+            ref%bubble_mean(:, 1, g) = (nk(:, 1, 1)*nl(:, 1, 1) + nk(:, 1, 2)*nl(:, 1, 2) + nk(:, 1, 3)*nl(:, 1, 3))/3
+            ref%bubble_mean(:, 2, g) = (nk(:, 2, 1)*nl(:, 2, 1) + nk(:, 2, 2)*nl(:, 2, 2) + nk(:, 2, 3)*nl(:, 2, 3))/3
+            ref%bubble_mean(:, 3, g) = (nk(:, 1, 1)*nl(:, 2, 1) + nk(:, 1, 2)*nl(:, 2, 2) + nk(:, 1, 3)*nl(:, 2, 3) &
+                                        + nk(:, 2, 1)*nl(:, 1, 1) + nk(:, 2, 2)*nl(:, 1, 2) + nk(:, 2, 3)*nl(:, 1, 3))/3
+         end associate
       end do
       do k = 1, 2
          call basic_column(ref, k, column)

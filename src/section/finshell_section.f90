@@ -47,6 +47,7 @@ module finshell_section
       real(wp) :: offset = 0 !< height of the middle of the section above the surface of the nodes, along the normal
       real(wp) :: inertia(3) = 0 !< integrals of density times 1, z, z^2 through the thickness; z from the surface of the nodes
       integer :: formulation = formulation_s
+      logical :: arc = .true. !< (S): curvature by the tangents of the arc, not of its chord
       real(wp) :: beta0 = default_beta0 !< weight of the higher-order drilling strain
       logical :: isotropic = .true. !< no layer depends on a material direction
    end type section_t
@@ -64,7 +65,7 @@ module finshell_section
 contains
 
    !> A one-layer section, the nodes on its midsurface.
-   subroutine new_section(section, law, thickness, error, formulation, beta0, thickness_points, density, offset)
+   subroutine new_section(section, law, thickness, error, formulation, beta0, thickness_points, density, offset, arc)
       type(section_t), intent(out) :: section
       class(material_t), intent(in) :: law
       real(wp), intent(in) :: thickness !< > 0
@@ -74,13 +75,14 @@ contains
       integer, intent(in), optional :: thickness_points !< Gauss points through the thickness, 1 to 12; default 3
       real(wp), intent(in), optional :: density !< mass per reference volume, for the mass matrix only; default 0
       real(wp), intent(in), optional :: offset !< height of the midsurface above the surface of the nodes; default 0
+      logical, intent(in), optional :: arc !< (S): curvature by the tangents of the arc instead of its chord; default .true.
       type(ply_t) :: ply(1)
 
       allocate (ply(1)%law, source=law)
       ply(1)%thickness = thickness
       if (present(thickness_points)) ply(1)%points = thickness_points
       if (present(density)) ply(1)%density = density
-      call new_layered_section(section, ply, error, formulation, beta0, offset)
+      call new_layered_section(section, ply, error, formulation, beta0, offset, arc)
    end subroutine new_section
 
    !> A section of several layers, bottom to top.
@@ -88,12 +90,13 @@ contains
    !> Errors (status_invalid_argument): no layer or a layer without law, a thickness that is not positive, a number of points
    !> outside 1 to 12, an angle, density, offset or option that makes no sense. The thickness stretch is that of the layer at
    !> the surface of the nodes, or of the one nearest to it.
-   subroutine new_layered_section(section, plies, error, formulation, beta0, offset)
+   subroutine new_layered_section(section, plies, error, formulation, beta0, offset, arc)
       type(section_t), intent(out) :: section
       type(ply_t), intent(in) :: plies(:) !< bottom to top
       type(error_t), allocatable, intent(out) :: error
       integer, intent(in), optional :: formulation
       real(wp), intent(in), optional :: beta0, offset
+      logical, intent(in), optional :: arc
       real(wp), parameter :: degree = acos(-1.0_wp)/180
       real(wp) :: bottom, middle
       integer :: i
@@ -101,6 +104,7 @@ contains
       if (present(formulation)) section%formulation = formulation
       if (present(beta0)) section%beta0 = beta0
       if (present(offset)) section%offset = offset
+      if (present(arc)) section%arc = arc
       if (size(plies) == 0) call raise(error, status_invalid_argument, 'a section needs at least one layer')
       do i = 1, size(plies)
          if (complaint(plies(i)) == '') cycle
