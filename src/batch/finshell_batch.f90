@@ -297,18 +297,37 @@ contains
    !> Tangents of a block, upper triangles side by side, as full matrices one after the other.
    pure subroutine separate(used, block, elements)
       integer, intent(in) :: used
-      real(wp), intent(in) :: block(lanes, 18, 18)
+      real(wp), intent(inout) :: block(lanes, 18, 18) !< the lower triangles are filled
       real(wp), intent(inout) :: elements(18, 18, used)
       integer :: i, j, l
-      do l = 1, used
-         do j = 1, 18
-            do i = 1, j
-               elements(i, j, l) = block(l, i, j)
-            end do
-            do i = j + 1, 18
-               elements(i, j, l) = block(l, j, i)
-            end do
+      do j = 1, 18
+         do i = 1, j - 1
+            block(:, j, i) = block(:, i, j)
          end do
       end do
+      if (used == lanes) then
+         call transpose_block(block, elements)
+      else
+         do l = 1, used
+            elements(:, :, l) = block(l, :, :)
+         end do
+      end if
    end subroutine separate
+
+   !> All matrices of a full block. Written out lane by lane, the compiler makes shuffles of it instead of single loads and stores.
+   pure subroutine transpose_block(block, elements)
+      real(wp), intent(in) :: block(lanes, 324)
+      real(wp), intent(inout) :: elements(324, lanes)
+      integer :: i
+      do i = 1, 324
+         elements(i, 1) = block(1, i)
+         elements(i, 2) = block(2, i)
+         elements(i, 3) = block(3, i)
+         elements(i, 4) = block(4, i)
+         elements(i, 5) = block(5, i)
+         elements(i, 6) = block(6, i)
+         elements(i, 7) = block(7, i)
+         elements(i, 8) = block(8, i)
+      end do
+   end subroutine transpose_block
 end module finshell_batch

@@ -8,8 +8,8 @@ module finshell_core
    use finshell_kinds, only: wp, i4, lanes
    use finshell_bending, only: bending_t, new_bending
    use finshell_core_force, only: work_t, new_work, add_slope_force, add_stabilised_force, add_paper_force
-   use finshell_core_hessian, only: stress_t, strain_derivatives_t, strain_derivatives, predict, core_material_hessian, &
-      curvature_hessian, slope_hessian, stabilised_geometric, paper_geometric
+   use finshell_core_hessian, only: stress_t, strain_derivatives_t, strain_derivatives, predict, bending_hessian, &
+      curvature_hessian, membrane_hessian, bow_hessian, add_side_terms, stabilised_geometric, paper_geometric
    use finshell_core_strain, only: n_core, row, column, drilling_stiffness, stabilised_strain, paper_strain
    use finshell_drilling, only: drilling_t, new_drilling
    use finshell_filter, only: filter_t
@@ -55,7 +55,7 @@ contains
       real(wp) :: higher(lanes, 3, 3, 3), kh(lanes, 6), tau(lanes, 3), slope(lanes, 6)
       type(work_t) :: work
       type(strain_derivatives_t) :: derivatives
-      real(wp) :: membrane(lanes, 3, 3)
+      real(wp) :: membrane(lanes, 3, 3), arc(lanes, 3, 9)
       real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes)
       real(wp) :: point_axes(points_per_block, 2)
       integer(i4) :: point_status(points_per_block)
@@ -113,16 +113,18 @@ contains
          return
       end if
 
-      call core_material_hessian(weight, core%resultants, derivatives, core%hessian)
       core%geometric_gradient = core%gradient
       if (present(stress)) then
          core%resultants%n = stress%n
          core%resultants%m = stress%m
          call gradient_of(core%resultants, work, core%geometric_gradient)
       end if
-      call curvature_hessian(ref, bend, work, l, dl, ddl, derivatives, core%hessian)
-      call slope_hessian(stabilised, ref, bend, work, derivatives, core%hessian)
+      call bending_hessian(weight, core%resultants, work, derivatives, core%hessian)
+      call curvature_hessian(ref, bend, work, l, dl, ddl, derivatives, arc, core%hessian)
+      call membrane_hessian(weight, core%resultants, derivatives, arc, core%hessian)
+      call add_side_terms(ref, bend, work%beta, core%hessian)
       if (stabilised) then
+         call bow_hessian(ref, work, core%hessian)
          do k = 1, 6
             i = 3 + row(k)
             j = 3 + column(k)

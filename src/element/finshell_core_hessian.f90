@@ -10,8 +10,8 @@ module finshell_core_hessian
    use finshell_section, only: resultants_t, points_per_block
    implicit none
    private
-   public :: stress_t, strain_derivatives_t, strain_derivatives, predict, core_material_hessian, curvature_hessian, &
-      slope_hessian, stabilised_geometric, paper_geometric
+   public :: stress_t, strain_derivatives_t, strain_derivatives, predict, bending_hessian, curvature_hessian, &
+      membrane_hessian, bow_hessian, add_side_terms, stabilised_geometric, paper_geometric
 
    !> Core variable of each of the nine that bend.
    integer, parameter :: variable(9) = [1, 2, 3, 7, 8, 9, 10, 11, 12]
@@ -29,8 +29,7 @@ module finshell_core_hessian
       real(wp) :: slope_strain(lanes, 3, 9) !< of V/2, Voigt
       real(wp) :: metric(lanes, 2, 2, 3) !< (S): 1/2 V dC^-1 (a, c, strain)
       real(wp) :: membrane(lanes, 3, n_core, 3) !< of the membrane strain (component, variable, group)
-      real(wp) :: bare(lanes, 3, 9, 3) !< of sym(M grad G) (component, variable, point)
-      real(wp) :: curvature(lanes, 3, 9, 3) !< of -l sym(M grad G)
+      real(wp) :: curvature(lanes, 3, 9, 3) !< of l sym(M grad G), minus the curvature (component, variable, point)
    end type strain_derivatives_t
 
 contains
@@ -61,28 +60,28 @@ contains
          d%membrane(:, :, 6, 1) = -drill%strain_a(:, :, 1) - drill%strain_a(:, :, 2)
          d%membrane(:, :, 7:12, 1) = d%slope_strain(:, :, 4:9)
       else
+         d%slope_strain = 0
          call paper_derivatives(ref, filter, tau, bend, higher, d)
       end if
 
-      call bare_derivatives(ref, bend, d)
+      call bare_derivatives(ref, bend, l, d)
       if (bend%arc) then
-         call arc_derivatives(bend, d, y)
+         call arc_derivatives(bend, l, d, y)
          do point = 1, 3
-            associate (g => bend%gradient(:, :, :, point))
+            associate (g => bend%gradient(:, :, :, point), dk => d%curvature(:, :, :, point))
                do i = 1, 9
-                  d%bare(:, 1, i, point) = d%bare(:, 1, i, point) + y(:, 1, 1, i)*g(:, 1, 1) + y(:, 1, 2, i)*g(:, 2, 1)
-                  d%bare(:, 2, i, point) = d%bare(:, 2, i, point) + y(:, 2, 1, i)*g(:, 1, 2) + y(:, 2, 2, i)*g(:, 2, 2)
-                  d%bare(:, 3, i, point) = d%bare(:, 3, i, point) + y(:, 1, 1, i)*g(:, 1, 2) + y(:, 1, 2, i)*g(:, 2, 2) &
-                     + y(:, 2, 1, i)*g(:, 1, 1) + y(:, 2, 2, i)*g(:, 2, 1)
+                  dk(:, 1, i) = dk(:, 1, i) + (y(:, 1, 1, i)*g(:, 1, 1) + y(:, 1, 2, i)*g(:, 2, 1))
+                  dk(:, 2, i) = dk(:, 2, i) + (y(:, 2, 1, i)*g(:, 1, 2) + y(:, 2, 2, i)*g(:, 2, 2))
+                  dk(:, 3, i) = dk(:, 3, i) + (y(:, 1, 1, i)*g(:, 1, 2) + y(:, 1, 2, i)*g(:, 2, 2) &
+                                               + y(:, 2, 1, i)*g(:, 1, 1) + y(:, 2, 2, i)*g(:, 2, 1))
                end do
             end associate
          end do
       end if
-      do point = 1, 3
-         do i = 1, 9
+      do i = 1, 3
+         do point = 1, 3
             do v = 1, 3
-               d%curvature(:, v, i, point) = -l*d%bare(:, v, i, point)
-               if (i <= 3) d%curvature(:, v, i, point) = d%curvature(:, v, i, point) - dl(:, i)*bend%curvature(:, v, point)
+               d%curvature(:, v, i, point) = d%curvature(:, v, i, point) + dl(:, i)*bend%curvature(:, v, point)
             end do
          end do
       end do
@@ -188,22 +187,27 @@ contains
       end do
    end subroutine paper_derivatives
 
-   !> Derivatives of sym(M grad G) at fixed M.
-   pure subroutine bare_derivatives(ref, bend, d)
+   !> l times the derivatives of sym(M grad G) at fixed M.
+   pure subroutine bare_derivatives(ref, bend, l, d)
       type(reference_t), intent(in) :: ref
       type(bending_t), intent(in) :: bend
+      real(wp), intent(in) :: l(lanes)
       type(strain_derivatives_t), intent(inout) :: d
-      real(wp) :: mid(lanes, 2, 3), turned(lanes, 2, 3), vertex(lanes, 3, 2, 3), side(lanes, 3, 3), beta(lanes, 3, 3), p(lanes, 3)
+      real(wp) :: lm(lanes, 2, 2), mid(lanes, 2, 3), turned(lanes, 2, 3), vertex(lanes, 3, 2, 3), side(lanes, 3, 3)
+      real(wp) :: beta(lanes, 3, 3), p(lanes, 3)
       integer :: a, c, i, k, node, point, v
+      do c = 1, 2
+         do a = 1, 2
+            lm(:, a, c) = l*bend%m(:, a, c)
+         end do
+      end do
       do k = 1, 3
          do a = 1, 2
-            mid(:, a, k) = bend%m(:, a, 1)*bend%mid(:, 1, k) + bend%m(:, a, 2)*bend%mid(:, 2, k)
-            turned(:, a, k) = bend%m(:, a, 1)*bend%turned(:, 1, k) + bend%m(:, a, 2)*bend%turned(:, 2, k)
+            mid(:, a, k) = lm(:, a, 1)*bend%mid(:, 1, k) + lm(:, a, 2)*bend%mid(:, 2, k)
+            turned(:, a, k) = lm(:, a, 1)*bend%turned(:, 1, k) + lm(:, a, 2)*bend%turned(:, 2, k)
          end do
          do c = 1, 2
-            vertex(:, 1, c, k) = bend%m(:, 1, c)*ref%gradient(:, 1, k)
-            vertex(:, 2, c, k) = bend%m(:, 2, c)*ref%gradient(:, 2, k)
-            vertex(:, 3, c, k) = bend%m(:, 1, c)*ref%gradient(:, 2, k) + bend%m(:, 2, c)*ref%gradient(:, 1, k)
+            call symmetric_product(lm(:, :, c), ref%gradient(:, :, k), vertex(:, :, c, k))
          end do
       end do
       do point = 1, 3
@@ -216,7 +220,7 @@ contains
             do c = 1, 2
                i = 1 + 2*node + c
                do v = 1, 3
-                  d%bare(:, v, i, point) = vertex(:, v, c, node) + side(:, v, node)*ref%side(:, c, node) &
+                  d%curvature(:, v, i, point) = vertex(:, v, c, node) + side(:, v, node)*ref%side(:, c, node) &
                      + side(:, v, k)*ref%side(:, c, k)
                end do
             end do
@@ -226,7 +230,7 @@ contains
                p(:, k) = bend%p(:, k)*bend%dbeta(:, c, k)
             end do
             do v = 1, 3
-               d%bare(:, v, c, point) = beta(:, v, 1)*p(:, 1) + beta(:, v, 2)*p(:, 2) + beta(:, v, 3)*p(:, 3)
+               d%curvature(:, v, c, point) = beta(:, v, 1)*p(:, 1) + beta(:, v, 2)*p(:, 2) + beta(:, v, 3)*p(:, 3)
             end do
          end do
       end do
@@ -241,19 +245,23 @@ contains
       s(:, 3) = a(:, 1)*b(:, 2) + a(:, 2)*b(:, 1)
    end subroutine symmetric_product
 
-   !> Derivatives y of M = I + 1/2 V C^-1.
-   pure subroutine arc_derivatives(bend, d, y)
+   !> l times the derivatives y of M = I + 1/2 V C^-1.
+   pure subroutine arc_derivatives(bend, l, d, y)
       type(bending_t), intent(in) :: bend
+      real(wp), intent(in) :: l(lanes)
       type(strain_derivatives_t), intent(inout) :: d
       real(wp), intent(out) :: y(lanes, 2, 2, 9)
-      real(wp) :: m(lanes, 2)
+      real(wp) :: m(lanes, 2), lc(lanes, 3)
       integer :: a, i
+      do i = 1, 3
+         lc(:, i) = l*bend%c_inverse(:, i)
+      end do
       associate (ci => bend%c_inverse, v => d%slope_strain)
          do i = 1, 9
-            y(:, 1, 1, i) = v(:, 1, i)*ci(:, 1) + 0.5_wp*v(:, 3, i)*ci(:, 3)
-            y(:, 1, 2, i) = v(:, 1, i)*ci(:, 3) + 0.5_wp*v(:, 3, i)*ci(:, 2)
-            y(:, 2, 1, i) = 0.5_wp*v(:, 3, i)*ci(:, 1) + v(:, 2, i)*ci(:, 3)
-            y(:, 2, 2, i) = 0.5_wp*v(:, 3, i)*ci(:, 3) + v(:, 2, i)*ci(:, 2)
+            y(:, 1, 1, i) = v(:, 1, i)*lc(:, 1) + 0.5_wp*v(:, 3, i)*lc(:, 3)
+            y(:, 1, 2, i) = v(:, 1, i)*lc(:, 3) + 0.5_wp*v(:, 3, i)*lc(:, 2)
+            y(:, 2, 1, i) = 0.5_wp*v(:, 3, i)*lc(:, 1) + v(:, 2, i)*lc(:, 3)
+            y(:, 2, 2, i) = 0.5_wp*v(:, 3, i)*lc(:, 3) + v(:, 2, i)*lc(:, 2)
          end do
          ! 1/2 V dC^-1 = -(M - I) dC C^-1
          do a = 1, 2
@@ -267,7 +275,12 @@ contains
             d%metric(:, a, 2, 3) = -m(:, 1)*ci(:, 2) - m(:, 2)*ci(:, 3)
          end do
       end associate
-      y(:, :, :, 1:3) = y(:, :, :, 1:3) + d%metric
+      do i = 1, 3
+         do a = 1, 2
+            y(:, a, 1, i) = y(:, a, 1, i) + l*d%metric(:, a, 1, i)
+            y(:, a, 2, i) = y(:, a, 2, i) + l*d%metric(:, a, 2, i)
+         end do
+      end do
    end subroutine arc_derivatives
 
    !> Resultants, linearised: those of this state plus tangent times the strains of a variation of the core variables.
@@ -290,7 +303,7 @@ contains
          dk = 0
          do i = 1, 9
             do v = 1, 3
-               dk(:, v) = dk(:, v) + d%curvature(:, v, i, g)*variation(:, variable(i))
+               dk(:, v) = dk(:, v) - d%curvature(:, v, i, g)*variation(:, variable(i))
             end do
          end do
          k = lanes*(g - 1)
@@ -307,16 +320,56 @@ contains
       end do
    end subroutine predict
 
-   !> First derivatives times section tangent times first derivatives.
-   pure subroutine core_material_hessian(weight, r, der, h)
+   !> First derivatives of the curvature times section tangent times themselves; second derivatives of the slope strain on the
+   !> nodal slopes at fixed mid-side coefficients. First of the parts: sets h.
+   pure subroutine bending_hessian(weight, r, w, der, h)
+      real(wp), intent(in) :: weight(lanes)
+      type(resultants_t), intent(in) :: r
+      type(work_t), intent(in) :: w
+      type(strain_derivatives_t), intent(in) :: der
+      real(wp), intent(out) :: h(lanes, n_core, n_core) !< upper triangle
+      real(wp) :: d(lanes, 6, 3), s(lanes, 3, 3), t(lanes, 2, 3)
+      integer :: g, i, j, k, v
+      h(:, :, 4:6) = 0
+      h(:, 4:6, :) = 0
+      do g = 1, 3
+         k = lanes*(g - 1)
+         do v = 1, 6
+            d(:, v, g) = weight*r%d(k + 1:k + lanes, v)
+         end do
+      end do
+      associate (dk => der%curvature, ds => der%slope)
+         do j = 1, 9
+            do g = 1, 3
+               s(:, 1, g) = d(:, 1, g)*dk(:, 1, j, g) + d(:, 4, g)*dk(:, 2, j, g) + d(:, 5, g)*dk(:, 3, j, g)
+               s(:, 2, g) = d(:, 4, g)*dk(:, 1, j, g) + d(:, 2, g)*dk(:, 2, j, g) + d(:, 6, g)*dk(:, 3, j, g)
+               s(:, 3, g) = d(:, 5, g)*dk(:, 1, j, g) + d(:, 6, g)*dk(:, 2, j, g) + d(:, 3, g)*dk(:, 3, j, g)
+               t(:, 1, g) = w%slope_n(:, 1, g)*ds(:, 1, j, g) + w%slope_n(:, 3, g)*ds(:, 2, j, g)
+               t(:, 2, g) = w%slope_n(:, 3, g)*ds(:, 1, j, g) + w%slope_n(:, 2, g)*ds(:, 2, j, g)
+            end do
+            do i = 1, j
+               h(:, variable(i), variable(j)) = &
+                  (dk(:, 1, i, 1)*s(:, 1, 1) + dk(:, 2, i, 1)*s(:, 2, 1) + dk(:, 3, i, 1)*s(:, 3, 1) &
+                   + ds(:, 1, i, 1)*t(:, 1, 1) + ds(:, 2, i, 1)*t(:, 2, 1)) &
+                  + (dk(:, 1, i, 2)*s(:, 1, 2) + dk(:, 2, i, 2)*s(:, 2, 2) + dk(:, 3, i, 2)*s(:, 3, 2) &
+                     + ds(:, 1, i, 2)*t(:, 1, 2) + ds(:, 2, i, 2)*t(:, 2, 2)) &
+                  + (dk(:, 1, i, 3)*s(:, 1, 3) + dk(:, 2, i, 3)*s(:, 2, 3) + dk(:, 3, i, 3)*s(:, 3, 3) &
+                     + ds(:, 1, i, 3)*t(:, 1, 3) + ds(:, 2, i, 3)*t(:, 2, 3))
+            end do
+         end do
+      end associate
+   end subroutine bending_hessian
+
+   !> First derivatives of the membrane strain times section tangent times those of membrane strain and curvature.
+   pure subroutine membrane_hessian(weight, r, der, arc, h)
       real(wp), intent(in) :: weight(lanes)
       type(resultants_t), intent(in) :: r
       type(strain_derivatives_t), intent(in) :: der
-      real(wp), intent(out) :: h(lanes, n_core, n_core) !< upper triangle
-      real(wp) :: a(lanes, 6), b(lanes, 6), d(lanes, 6), t(lanes, 3, n_core), y(lanes, 3, 9), s(lanes, 3)
-      integer :: g, i, j, k, m, v
+      real(wp), intent(in) :: arc(lanes, 3, 9) !< what the derivatives of V/2 meet through M
+      real(wp), intent(inout) :: h(lanes, n_core, n_core)
+      real(wp) :: a(lanes, 6), b(lanes, 6), y(lanes, 3, 9)
+      integer :: g, j, k, v
 
-      h = 0
       y = 0
       a = 0
       do g = 1, 3
@@ -324,95 +377,126 @@ contains
          do v = 1, 6
             a(:, v) = a(:, v) + weight*r%a(k + 1:k + lanes, v)
             b(:, v) = weight*r%b(k + 1:k + lanes, v)
-            d(:, v) = weight*r%d(k + 1:k + lanes, v)
          end do
          associate (dk => der%curvature(:, :, :, g))
             do j = 1, 9
-               s(:, 1) = d(:, 1)*dk(:, 1, j) + d(:, 4)*dk(:, 2, j) + d(:, 5)*dk(:, 3, j)
-               s(:, 2) = d(:, 4)*dk(:, 1, j) + d(:, 2)*dk(:, 2, j) + d(:, 6)*dk(:, 3, j)
-               s(:, 3) = d(:, 5)*dk(:, 1, j) + d(:, 6)*dk(:, 2, j) + d(:, 3)*dk(:, 3, j)
-               do i = 1, j
-                  h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) &
-                     + dk(:, 1, i)*s(:, 1) + dk(:, 2, i)*s(:, 2) + dk(:, 3, i)*s(:, 3)
-               end do
-               y(:, 1, j) = y(:, 1, j) + b(:, 1)*dk(:, 1, j) + b(:, 4)*dk(:, 2, j) + b(:, 5)*dk(:, 3, j)
-               y(:, 2, j) = y(:, 2, j) + b(:, 4)*dk(:, 1, j) + b(:, 2)*dk(:, 2, j) + b(:, 6)*dk(:, 3, j)
-               y(:, 3, j) = y(:, 3, j) + b(:, 5)*dk(:, 1, j) + b(:, 6)*dk(:, 2, j) + b(:, 3)*dk(:, 3, j)
+               y(:, 1, j) = y(:, 1, j) - (b(:, 1)*dk(:, 1, j) + b(:, 4)*dk(:, 2, j) + b(:, 5)*dk(:, 3, j))
+               y(:, 2, j) = y(:, 2, j) - (b(:, 4)*dk(:, 1, j) + b(:, 2)*dk(:, 2, j) + b(:, 6)*dk(:, 3, j))
+               y(:, 3, j) = y(:, 3, j) - (b(:, 5)*dk(:, 1, j) + b(:, 6)*dk(:, 2, j) + b(:, 3)*dk(:, 3, j))
             end do
          end associate
          if (g < 3 .and. der%groups == 1) cycle
-         m = min(g, der%groups)
-         associate (dm => der%membrane(:, :, :, m))
-            do j = 1, n_core
-               t(:, 1, j) = a(:, 1)*dm(:, 1, j) + a(:, 4)*dm(:, 2, j) + a(:, 5)*dm(:, 3, j)
-               t(:, 2, j) = a(:, 4)*dm(:, 1, j) + a(:, 2)*dm(:, 2, j) + a(:, 6)*dm(:, 3, j)
-               t(:, 3, j) = a(:, 5)*dm(:, 1, j) + a(:, 6)*dm(:, 2, j) + a(:, 3)*dm(:, 3, j)
-            end do
-            ! t gets the coupling with the curvature; its transposed half below
-            do j = 1, 9
-               t(:, :, variable(j)) = t(:, :, variable(j)) + y(:, :, j)
-            end do
-            do j = 1, n_core
-               do i = 1, j
-                  h(:, i, j) = h(:, i, j) + dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)
-               end do
-            end do
-            do i = 1, 9
-               do j = variable(i), n_core
-                  h(:, variable(i), j) = h(:, variable(i), j) &
-                     + y(:, 1, i)*dm(:, 1, j) + y(:, 2, i)*dm(:, 2, j) + y(:, 3, i)*dm(:, 3, j)
-               end do
-            end do
-         end associate
+         call membrane_products(a, y, der%membrane(:, :, :, min(g, der%groups)), der%slope_strain, arc, h)
          a = 0
          y = 0
       end do
-   end subroutine core_material_hessian
+   end subroutine membrane_hessian
 
-   !> Second derivatives of l sym(M grad G) at fixed moments, but for those of V and of beta_k p_k.
-   pure subroutine curvature_hessian(ref, bend, w, l, dl, ddl, d, h)
+   !> dm A dm + dm y + y dm + dv s + s dv, m the membrane strain, v = V/2; with respect to the slopes dm = dv where there is an s.
+   pure subroutine membrane_products(a, y, dm, dv, s, h)
+      real(wp), intent(in) :: a(lanes, 6), y(lanes, 3, 9), dm(lanes, 3, n_core), dv(lanes, 3, 9), s(lanes, 3, 9)
+      real(wp), intent(inout) :: h(lanes, n_core, n_core)
+      real(wp) :: t(lanes, 3, n_core), ts(lanes, 3), ys(lanes, 3, 9)
+      integer :: i, j
+      do j = 1, n_core
+         t(:, 1, j) = a(:, 1)*dm(:, 1, j) + a(:, 4)*dm(:, 2, j) + a(:, 5)*dm(:, 3, j)
+         t(:, 2, j) = a(:, 4)*dm(:, 1, j) + a(:, 2)*dm(:, 2, j) + a(:, 6)*dm(:, 3, j)
+         t(:, 3, j) = a(:, 5)*dm(:, 1, j) + a(:, 6)*dm(:, 2, j) + a(:, 3)*dm(:, 3, j)
+      end do
+      do j = 1, 9
+         t(:, :, variable(j)) = t(:, :, variable(j)) + y(:, :, j)
+         ys(:, :, j) = y(:, :, j) + s(:, :, j)
+      end do
+      do j = 1, 3
+         do i = 1, j
+            h(:, i, j) = h(:, i, j) + (dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)) &
+               + (y(:, 1, i)*dm(:, 1, j) + y(:, 2, i)*dm(:, 2, j) + y(:, 3, i)*dm(:, 3, j)) &
+               + (dv(:, 1, i)*s(:, 1, j) + dv(:, 2, i)*s(:, 2, j) + dv(:, 3, i)*s(:, 3, j)) &
+               + (s(:, 1, i)*dv(:, 1, j) + s(:, 2, i)*dv(:, 2, j) + s(:, 3, i)*dv(:, 3, j))
+         end do
+      end do
+      do j = 4, 6
+         do i = 1, 3
+            h(:, i, j) = h(:, i, j) + (dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)) &
+               + (y(:, 1, i)*dm(:, 1, j) + y(:, 2, i)*dm(:, 2, j) + y(:, 3, i)*dm(:, 3, j))
+         end do
+         do i = 4, j
+            h(:, i, j) = h(:, i, j) + dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)
+         end do
+      end do
+      do j = 7, n_core
+         do i = 1, 3
+            h(:, i, j) = h(:, i, j) + (dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)) &
+               + (ys(:, 1, i)*dm(:, 1, j) + ys(:, 2, i)*dm(:, 2, j) + ys(:, 3, i)*dm(:, 3, j)) &
+               + (dv(:, 1, i)*s(:, 1, j - 3) + dv(:, 2, i)*s(:, 2, j - 3) + dv(:, 3, i)*s(:, 3, j - 3))
+         end do
+         do i = 4, 6
+            h(:, i, j) = h(:, i, j) + dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)
+         end do
+         ts = t(:, :, j) + s(:, :, j - 3)
+         do i = 7, j
+            h(:, i, j) = h(:, i, j) + (dm(:, 1, i)*ts(:, 1) + dm(:, 2, i)*ts(:, 2) + dm(:, 3, i)*ts(:, 3)) &
+               + (ys(:, 1, i - 3)*dm(:, 1, j) + ys(:, 2, i - 3)*dm(:, 2, j) + ys(:, 3, i - 3)*dm(:, 3, j))
+         end do
+      end do
+   end subroutine membrane_products
+
+   !> Second derivatives of l sym(M grad G) at fixed moments, but for those of V (with `arc` its product with dV/2) and of
+   !> beta_k p_k.
+   pure subroutine curvature_hessian(ref, bend, w, l, dl, ddl, d, arc, h)
       type(reference_t), intent(in) :: ref
       type(bending_t), intent(in) :: bend
       type(work_t), intent(in) :: w
       real(wp), intent(in) :: l(lanes), dl(lanes, 3), ddl(lanes, 6)
       type(strain_derivatives_t), intent(in) :: d
+      real(wp), intent(out) :: arc(lanes, 3, 9) !< l d sym(T C^-1): what the derivatives of V/2 meet
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
-      real(wp) :: bending(lanes, 9)
-      integer :: i, j, k, point
-      bending = 0
-      do point = 1, 3
-         do i = 1, 9
-            bending(:, i) = bending(:, i) + w%moment(:, 1, point)*d%bare(:, 1, i, point) &
-               + w%moment(:, 2, point)*d%bare(:, 2, i, point) + w%moment(:, 3, point)*d%bare(:, 3, i, point)
-         end do
+      real(wp) :: bending(lanes, 9), relative(lanes, 3)
+      integer :: i, j, k
+      do i = 1, 9
+         bending(:, i) = (w%moment(:, 1, 1)*d%curvature(:, 1, i, 1) + w%moment(:, 2, 1)*d%curvature(:, 2, i, 1) &
+                          + w%moment(:, 3, 1)*d%curvature(:, 3, i, 1)) &
+            + (w%moment(:, 1, 2)*d%curvature(:, 1, i, 2) + w%moment(:, 2, 2)*d%curvature(:, 2, i, 2) &
+               + w%moment(:, 3, 2)*d%curvature(:, 3, i, 2)) &
+            + (w%moment(:, 1, 3)*d%curvature(:, 1, i, 3) + w%moment(:, 2, 3)*d%curvature(:, 2, i, 3) &
+               + w%moment(:, 3, 3)*d%curvature(:, 3, i, 3))
+      end do
+      do i = 1, 3
+         relative(:, i) = dl(:, i)/l
+         bending(:, i) = bending(:, i) - dl(:, i)*w%bending
       end do
       do k = 1, 6
-         h(:, row(k), column(k)) = h(:, row(k), column(k)) + ddl(:, k)*w%bending
+         i = row(k)
+         j = column(k)
+         h(:, i, j) = h(:, i, j) + ddl(:, k)*w%bending + relative(:, i)*bending(:, j) + relative(:, j)*bending(:, i)
       end do
-      do j = 1, 9
+      do j = 4, 9
          do i = 1, 3
-            h(:, i, variable(j)) = h(:, i, variable(j)) + dl(:, i)*bending(:, j)
-            if (j <= 3) h(:, j, i) = h(:, j, i) + dl(:, i)*bending(:, j)
+            h(:, i, variable(j)) = h(:, i, variable(j)) + relative(:, i)*bending(:, j)
          end do
       end do
-      if (bend%arc) call arc_hessian(ref, bend, w, l, d, h)
+      if (bend%arc) then
+         call arc_hessian(ref, bend, w, l, d, arc, h)
+      else
+         arc = 0
+      end if
    end subroutine curvature_hessian
 
-   !> Second derivatives of l (1/2 V C^-1):T but for those of V and of beta_k p_k.
-   pure subroutine arc_hessian(ref, bend, w, l, d, h)
+   !> Second derivatives of l (1/2 V C^-1):T but for those of V, its product with dV/2, and of beta_k p_k.
+   pure subroutine arc_hessian(ref, bend, w, l, d, s, h)
       type(reference_t), intent(in) :: ref
       type(bending_t), intent(in) :: bend
       type(work_t), intent(in) :: w
       real(wp), intent(in) :: l(lanes)
       type(strain_derivatives_t), intent(in) :: d
+      real(wp), intent(out) :: s(lanes, 3, 9) !< l d sym(T C^-1): what the derivatives of V/2 meet
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
       real(wp) :: dt(lanes, 2, 2, 9) !< l dT
-      real(wp) :: s(lanes, 3, 9) !< l d sym(T C^-1): what the derivatives of V/2 meet
       real(wp) :: x(lanes, 2, 2), lz(lanes, 3)
       integer :: a, i, j
 
       call work_derivatives(ref, bend, w, l, dt)
-      associate (ci => bend%c_inverse, v => d%slope_strain, k => d%metric)
+      associate (ci => bend%c_inverse, k => d%metric)
          do i = 1, 9
             s(:, 1, i) = dt(:, 1, 1, i)*ci(:, 1) + dt(:, 1, 2, i)*ci(:, 3)
             s(:, 2, i) = dt(:, 2, 1, i)*ci(:, 3) + dt(:, 2, 2, i)*ci(:, 2)
@@ -433,13 +517,6 @@ contains
          s(:, 1, 3) = s(:, 1, 3) - x(:, 1, 1)*ci(:, 3) - x(:, 1, 2)*ci(:, 1)
          s(:, 2, 3) = s(:, 2, 3) - x(:, 2, 1)*ci(:, 2) - x(:, 2, 2)*ci(:, 3)
          s(:, 3, 3) = s(:, 3, 3) - 0.5_wp*(x(:, 1, 1)*ci(:, 2) + (x(:, 1, 2) + x(:, 2, 1))*ci(:, 3) + x(:, 2, 2)*ci(:, 1))
-         do j = 1, 9
-            do i = 1, j
-               h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) &
-                  + (v(:, 1, i)*s(:, 1, j) + v(:, 2, i)*s(:, 2, j) + v(:, 3, i)*s(:, 3, j)) &
-                  + (v(:, 1, j)*s(:, 1, i) + v(:, 2, j)*s(:, 2, i) + v(:, 3, j)*s(:, 3, i))
-            end do
-         end do
          ! 1/2 V dC^-1 and dT
          do j = 1, 9
             do i = 1, 3
@@ -484,9 +561,9 @@ contains
          k = 1 + mod(node + 1, 3)
          do c = 1, 2
             i = 1 + 2*node + c
-            dt(:, :, 1, i) = mid(:, :, 1, node)*spread(ref%side(:, c, node), 2, 2) + mid(:, :, 1, k)*spread(ref%side(:, c, k), 2, 2)
-            dt(:, :, 2, i) = mid(:, :, 2, node)*spread(ref%side(:, c, node), 2, 2) + mid(:, :, 2, k)*spread(ref%side(:, c, k), 2, 2)
             do a = 1, 2
+               dt(:, a, 1, i) = mid(:, a, 1, node)*ref%side(:, c, node) + mid(:, a, 1, k)*ref%side(:, c, k)
+               dt(:, a, 2, i) = mid(:, a, 2, node)*ref%side(:, c, node) + mid(:, a, 2, k)*ref%side(:, c, k)
                dt(:, a, c, i) = dt(:, a, c, i) + l*w%vertex(:, a, node)
             end do
          end do
@@ -502,31 +579,6 @@ contains
          end do
       end do
    end subroutine work_derivatives
-
-   !> Second derivatives of the slope strain at fixed membrane force, and of beta_k p_k.
-   pure subroutine slope_hessian(stabilised, ref, bend, w, d, h)
-      logical, intent(in) :: stabilised
-      type(reference_t), intent(in) :: ref
-      type(bending_t), intent(in) :: bend
-      type(work_t), intent(in) :: w
-      type(strain_derivatives_t), intent(in) :: d
-      real(wp), intent(inout) :: h(lanes, n_core, n_core)
-      real(wp) :: t(lanes, 2)
-      integer :: i, j, point
-      do point = 1, 3
-         associate (n => w%slope_n(:, :, point), dh => d%slope(:, :, :, point))
-            do j = 1, 9
-               t(:, 1) = n(:, 1)*dh(:, 1, j) + n(:, 3)*dh(:, 2, j)
-               t(:, 2) = n(:, 3)*dh(:, 1, j) + n(:, 2)*dh(:, 2, j)
-               do i = 1, j
-                  h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) + dh(:, 1, i)*t(:, 1) + dh(:, 2, i)*t(:, 2)
-               end do
-            end do
-         end associate
-      end do
-      if (stabilised) call bow_hessian(ref, w, h)
-      call add_side_terms(ref, bend, w%beta, h)
-   end subroutine slope_hessian
 
    !> Second derivatives of 3/8 <G_b (x) G_b> at fixed membrane force: constant, of rank three.
    pure subroutine bow_hessian(ref, w, h)
