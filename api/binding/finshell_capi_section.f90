@@ -8,7 +8,7 @@ module finshell_capi_section
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp
    use finshell_registry, only: new_material
-   use finshell_section, only: default_beta0, formulation_s, new_layered_section, ply_t
+   use finshell_section, only: formulation_s, new_layered_section, ply_t
    use finshell_status, only: status_invalid_argument
    implicit none
    private
@@ -28,7 +28,9 @@ module finshell_capi_section
 
    !> What the options say.
    type :: options_t
-      real(wp) :: beta0 = default_beta0, offset = 0
+      real(wp), allocatable :: beta0 !< unallocated: the default
+      real(wp) :: offset = 0
+      integer :: arc = 1
       integer :: formulation = formulation_s
    end type options_t
 
@@ -152,7 +154,7 @@ contains
          code = refuse_memory(status, place)
          return
       end if
-      call new_layered_section(made%section, plies, error, chosen%formulation, chosen%beta0, chosen%offset)
+      call new_layered_section(made%section, plies, error, chosen%formulation, chosen%beta0, chosen%offset, chosen%arc /= 0)
       if (allocated(error)) then
          deallocate (made)
          code = refuse(status, place, error%message)
@@ -204,17 +206,22 @@ contains
             call whole_number(list(i), numbers(i), chosen%formulation, error)
          case ('beta0')
             chosen%beta0 = numbers(i)
+         case ('arc')
+            call whole_number(list(i), numbers(i), chosen%arc, error)
+            if (.not. allocated(error) .and. chosen%arc /= 0 .and. chosen%arc /= 1) call raise(error, status_invalid_argument, &
+               'arc is '//text_of(chosen%arc)//', expected 0 or 1')
          case ('offset')
             chosen%offset = numbers(i)
          case default
             if (.not. present(ply)) then
-               call raise(error, status_invalid_argument, unknown(list(i), 'formulation, beta0, offset'))
+               call raise(error, status_invalid_argument, unknown(list(i), 'formulation, beta0, arc, offset'))
             else if (list(i) == 'thickness_points') then
                call whole_number(list(i), numbers(i), ply%points, error)
             else if (list(i) == 'density') then
                ply%density = numbers(i)
             else
-               call raise(error, status_invalid_argument, unknown(list(i), 'formulation, beta0, offset, thickness_points, density'))
+               call raise(error, status_invalid_argument, &
+                          unknown(list(i), 'formulation, beta0, arc, offset, thickness_points, density'))
             end if
          end select
          if (allocated(error)) return

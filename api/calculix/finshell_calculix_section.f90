@@ -11,7 +11,7 @@ module finshell_calculix_section
    use finshell_kinds, only: i4, wp
    use finshell_material, only: material_t
    use finshell_registry, only: material_parameters, new_material, parameter_t
-   use finshell_section, only: default_beta0, default_points, formulation_s, new_section, section_t
+   use finshell_section, only: default_points, formulation_s, new_section, section_t
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private
@@ -86,7 +86,7 @@ contains
       type(parameter_t), allocatable :: parameters(:)
       class(material_t), allocatable :: law
       type(error_t), allocatable :: error
-      real(wp) :: beta0
+      real(wp), allocatable :: beta0
       integer :: formulation, points
 
       parameters = material_parameters(law_of(name))
@@ -101,7 +101,7 @@ contains
       if (.not. allocated(error)) then
          points = or_default(constants(2), default_points)
          formulation = or_default(constants(3), formulation_s)
-         beta0 = merge(constants(4), default_beta0, abs(constants(4)) > 0)
+         if (abs(constants(4)) > 0) beta0 = constants(4)
          call new_section(known%section, law, constants(1), error, formulation, beta0, points, density, constants(5))
       end if
       known%direction = constants(6:8)

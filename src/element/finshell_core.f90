@@ -14,7 +14,7 @@ module finshell_core
    use finshell_drilling, only: drilling_t, new_drilling
    use finshell_filter, only: filter_t
    use finshell_material, only: level_force, level_tangent
-   use finshell_reference, only: reference_t, higher_order_strain
+   use finshell_reference, only: reference_t, drilling_weight, higher_order_strain
    use finshell_section, only: section_t, resultants_t, integrate, midsurface_thickness, formulation_s, points_per_block
    implicit none
    private
@@ -56,7 +56,7 @@ contains
       type(work_t) :: work
       type(strain_derivatives_t) :: derivatives
       real(wp) :: membrane(lanes, 3, 3), arc(lanes, 3, 9)
-      real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes)
+      real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes), beta0(lanes)
       real(wp) :: point_axes(points_per_block, 2)
       integer(i4) :: point_status(points_per_block)
       logical :: stabilised
@@ -69,7 +69,9 @@ contains
          slope(:, 2*k) = filter%slope(:, 2, k)
       end do
       call new_bending(section, level, ref, filter%c, filter%jacobian, slope, bend)
-      call higher_order_strain(ref, section%beta0, higher)
+      beta0 = section%beta0
+      if (.not. section%beta0 > 0) call drilling_weight(ref, section%thickness, beta0)
+      call higher_order_strain(ref, beta0, higher)
       if (stabilised) then
          groups = 1
          call new_drilling(level, ref, filter%c, filter%jacobian, tau, drill)

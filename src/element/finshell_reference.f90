@@ -7,7 +7,7 @@ module finshell_reference
    use finshell_status, only: status_degenerate_reference
    implicit none
    private
-   public :: reference_t, new_reference, higher_order_strain, side_from, side_to, zeta, n_side, alpha_b
+   public :: reference_t, new_reference, drilling_weight, higher_order_strain, side_from, side_to, zeta, n_side, alpha_b
 
    !> Side k runs from node side_from(k) to node side_to(k).
    integer, parameter :: side_from(3) = [1, 2, 3], side_to(3) = [2, 3, 1], opposite_of_side(3) = [3, 1, 2]
@@ -137,12 +137,23 @@ contains
       column(:, 3) = 2*factor*(x_ki*y_ik - x_ij*y_ji)
    end subroutine basic_column
 
+   !> Weight of the higher-order drilling strain by the element's size, beta0 = (h/l)^2 between 1e-5 and 0.3, l the longest side.
+   !>
+   !> Thin elements need a small one, or a drilling stiffness of membrane size locks what bends without stretching; where they are
+   !> as thick as long, a small one lets the geometric stiffness of bending win. Thickness and length have the same unit.
+   pure subroutine drilling_weight(ref, thickness, beta0)
+      type(reference_t), intent(in) :: ref
+      real(wp), intent(in) :: thickness
+      real(wp), intent(out) :: beta0(lanes)
+      beta0 = min(max(thickness**2/max(ref%side2(:, 1), ref%side2(:, 2), ref%side2(:, 3)), 1.0e-5_wp), 0.3_wp)
+   end subroutine drilling_weight
+
    !> Higher-order drilling strain per unit drilling angle at the three in-plane points, times sqrt(beta0).
    !>
    !> At the point near node g it is 3/4 sqrt(beta0) T_e Q_g, because the mean of the Q vanishes.
    pure subroutine higher_order_strain(ref, beta0, higher)
       type(reference_t), intent(in) :: ref
-      real(wp), intent(in) :: beta0
+      real(wp), intent(in) :: beta0(lanes)
       real(wp), intent(out) :: higher(lanes, 3, 3, 3) !< (element, Voigt component, node, point)
       ! Q_g(side, node) = 2A/3 pattern(node, side, g)/|side|^2, sides in the order 21, 32, 13
       real(wp), parameter :: pattern(3, 3, 3) = reshape([real(wp) :: &

@@ -5,7 +5,7 @@ module finshell_input_section
    use finshell_gauss, only: max_gauss_points
    use finshell_material, only: material_t
    use finshell_registry, only: new_material, material_names, material_parameters, parameter_t
-   use finshell_section, only: new_layered_section, ply_t, formulation_s, formulation_p, default_beta0
+   use finshell_section, only: new_layered_section, ply_t, formulation_s, formulation_p
    use finshell_mesh, only: find_element_set
    use finshell_structure, only: structure_t
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
@@ -83,19 +83,25 @@ contains
       type(error_t), allocatable :: refusal
       type(ply_t), allocatable :: plies(:)
       character(len=:), allocatable :: sets(:), formulation
-      real(wp) :: beta0, offset
+      real(wp), allocatable :: beta0
+      real(wp) :: offset
+      logical :: arc
       integer :: i, e
 
       if (allocated(error)) return
       call read_layers(group, materials, plies, error)
       call get(group, 'offset', offset, error, default=0.0_wp)
       call get(group, 'formulation', formulation, error, default='S', choices='S, P')
-      call get(group, 'beta0', beta0, error, default=default_beta0, above=0.0_wp)
+      call get(group, 'arc', arc, error, default=.true.)
+      if (has(group, 'beta0')) then
+         allocate (beta0)
+         call get(group, 'beta0', beta0, error, above=0.0_wp)
+      end if
       call get_sets(group, kind_element, structure%mesh, sets, error, required=.false.)
       if (allocated(error)) return
       if (size(sets) == 0) sets = ['all']
       call new_layered_section(structure%sections(number), plies, refusal, &
-         merge(formulation_s, formulation_p, formulation == 'S'), beta0, offset)
+         merge(formulation_s, formulation_p, formulation == 'S'), beta0, offset, arc)
       if (allocated(refusal)) then
          call place_error(group, '', refusal)
          call move_alloc(refusal, error)

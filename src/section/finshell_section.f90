@@ -13,13 +13,12 @@ module finshell_section
    private
    public :: section_t, layer_t, ply_t, resultants_t, new_section, new_layered_section, integrate, midsurface_thickness, &
       reference_membrane_tangent, cauchy_stress
-   public :: formulation_s, formulation_p, points_per_block, default_beta0, default_points
+   public :: formulation_s, formulation_p, points_per_block, default_points
 
    !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
    integer, parameter :: formulation_s = 1, formulation_p = 2
 
    integer, parameter :: points_per_block = 3*lanes !< three in-plane points of each element of a block
-   real(wp), parameter :: default_beta0 = 0.01_wp
    integer, parameter :: default_points = 3
 
    !> A layer as the user gives it to `new_layered_section`.
@@ -48,7 +47,7 @@ module finshell_section
       real(wp) :: inertia(3) = 0 !< integrals of density times 1, z, z^2 through the thickness; z from the surface of the nodes
       integer :: formulation = formulation_s
       logical :: arc = .true. !< (S): curvature by the tangents of the arc, not of its chord
-      real(wp) :: beta0 = default_beta0 !< weight of the higher-order drilling strain
+      real(wp) :: beta0 = 0 !< weight of the higher-order drilling strain; 0: by the element's own size (finshell_reference)
       logical :: isotropic = .true. !< no layer depends on a material direction
    end type section_t
 
@@ -71,7 +70,7 @@ contains
       real(wp), intent(in) :: thickness !< > 0
       type(error_t), allocatable, intent(out) :: error
       integer, intent(in), optional :: formulation !< formulation_s (default) or formulation_p
-      real(wp), intent(in), optional :: beta0 !< > 0; default 0.01
+      real(wp), intent(in), optional :: beta0 !< > 0; default: by the size of each element (finshell_reference)
       integer, intent(in), optional :: thickness_points !< Gauss points through the thickness, 1 to 12; default 3
       real(wp), intent(in), optional :: density !< mass per reference volume, for the mass matrix only; default 0
       real(wp), intent(in), optional :: offset !< height of the midsurface above the surface of the nodes; default 0
@@ -116,9 +115,11 @@ contains
          exit
       end do
       if (allocated(error)) return
-      if (.not. (section%beta0 > 0 .and. section%beta0 < huge(1.0_wp))) then
-         call raise(error, status_invalid_argument, 'beta0 is '//text_of(real(section%beta0, dp))//', expected a positive number')
-      else if (section%formulation /= formulation_s .and. section%formulation /= formulation_p) then
+      if (present(beta0)) then
+         if (.not. (beta0 > 0 .and. beta0 < huge(1.0_wp))) call raise(error, status_invalid_argument, &
+            'beta0 is '//text_of(real(beta0, dp))//', expected a positive number')
+      end if
+      if (section%formulation /= formulation_s .and. section%formulation /= formulation_p) then
          call raise(error, status_invalid_argument, 'formulation is '//text_of(section%formulation)//', expected 1 (S) or 2 (P)')
       else if (.not. abs(section%offset) < huge(1.0_wp)) then
          call raise(error, status_invalid_argument, 'offset is '//text_of(real(section%offset, dp))//', expected a finite number')

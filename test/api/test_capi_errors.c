@@ -82,7 +82,7 @@ static void sections(void)
    REFUSED(finshell_section_create_layered(2, layer, 0, NULL, NULL, &s, &status), "layer 1: angle is");
    layer[0].angle = 0;
    option[0] = "thickness_points"; /* belongs to the layers */
-   REFUSED(finshell_section_create_layered(2, layer, 1, option, values, &s, &status), "options are formulation, beta0, offset");
+   REFUSED(finshell_section_create_layered(2, layer, 1, option, values, &s, &status), "options are formulation, beta0, arc, offset");
    CHECK(finshell_section_create_layered(2, layer, 0, NULL, NULL, &s, &status) == 0);
    CHECK(s != NULL && status.code == 0 && status.index == -1 && status.message[0] == 0);
    finshell_section_destroy(s);
