@@ -5,8 +5,8 @@
 !> number of threads nor on how a mesh is split into calls.
 module finshell_batch
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_element, only: evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, &
-      rotation_increment
+   use finshell_element, only: block_t, evaluate_block, predict_block, recover_block, stress_t, rotation_vector, &
+      rotation_quaternion, rotation_increment
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_section, only: section_t
    use finshell_status, only: status_ok, status_invalid_argument, status_not_a_number
@@ -21,11 +21,6 @@ module finshell_batch
    !> Blocks a thread must have to pay (some 100 us of work; waking a team takes about 10).
    integer, parameter :: blocks_per_thread = 32
 
-   !> A block of elements, side by side.
-   type :: block_t
-      real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3), state(lanes, 4, 3)
-   end type block_t
-
 contains
 
    !> Energy, nodal force and tangent of n elements.
@@ -34,7 +29,7 @@ contains
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
    subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
-                                state, resultants)
+                                state, resultants, normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -50,6 +45,9 @@ contains
       real(wp), intent(in), optional :: state(4, 3, n)
       !> For the geometric part of the tangent instead of the elements' own (mixed-integration-point Newton, `predict_resultants`).
       real(wp), intent(in), optional :: resultants(n_resultants, n)
+      !> Normals of the surface at the nodes of each element (component, node, element), of any length: the reference is curved. In
+      !> (S) only; absent: flat facets.
+      real(wp), intent(in), optional :: normal(3, 3, n)
       integer :: b, blocks, level, team
 
       if (bad_shape(rotation, convention, n, present(state))) then
@@ -69,13 +67,13 @@ contains
       if (team == 1 .or. blocks == 1) then
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants)
+                                direction, state, resultants, normal)
          end do
       else
 !$omp parallel do schedule(static) num_threads(team)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants)
+                                direction, state, resultants, normal)
          end do
 !$omp end parallel do
       end if
@@ -85,14 +83,14 @@ contains
    !>
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): the stress of the next iterate is taken from the
    !> linearisation of the last one. The solution is unchanged, thin shells take much larger increments.
-   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction)
+   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), quaternion(4, 3, n)
       real(wp), intent(in) :: increment(18, n) !< nodal displacements and spins, u1 t1 u2 t2 u3 t3
       real(wp), intent(out) :: resultants(n_resultants, n)
       integer(i4), intent(out) :: status(n)
-      real(wp), intent(in), optional :: direction(3, n)
+      real(wp), intent(in), optional :: direction(3, n), normal(3, 3, n)
       type(block_t) :: block
       type(stress_t) :: stress
       real(wp) :: increments(lanes, 18)
@@ -100,12 +98,12 @@ contains
       integer :: first, g, l, v
 
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction)
+         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction, normal=normal)
          increments = 0
          do l = 1, min(lanes, n - first)
             increments(l, :) = increment(:, first + l)
          end do
-         call predict_block(section, block%x, block%u, block%rotation, increments, block%direction, stress, found)
+         call predict_block(section, block, increments, stress, found)
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             do g = 1, 3
@@ -123,7 +121,7 @@ contains
    !> Components 11, 22, 12 refer to the material direction projected on the element (global x by default, z where x is normal
    !> to the element), carried along by the element's rotation.
    subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
-                               state)
+                               state, normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -132,7 +130,7 @@ contains
       real(wp), intent(out), optional :: membrane_force(3, n) !< per reference length, conjugate to Green-Lagrange strain
       real(wp), intent(out), optional :: moment(3, n)
       real(wp), intent(out), optional :: stress(3, 3, n) !< Cauchy stress (component; bottom, middle, top; element)
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), normal(3, 3, n)
       type(block_t) :: block
       real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3), sigma(lanes, 3, 3)
       integer(i4) :: found(lanes)
@@ -147,14 +145,9 @@ contains
          return
       end if
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, rotation, convention, block, direction, state)
-         if (convention == rotation_increment) then
-            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found, &
-                               block%state)
-         else
-            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found)
-         end if
-         call check_input(block, convention, found)
+         call gather(first, n, x, u, rotation, convention, block, direction, state, normal)
+         call recover_block(section, block, s, f, m, sigma, found)
+         call check_input(block, found)
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             if (present(stretch)) stretch(first + l) = merge(s(l), 0.0_wp, found(l) == status_ok)
@@ -176,12 +169,14 @@ contains
    end function bad_shape
 
    !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
-   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state)
+   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state, normal)
       integer, intent(in) :: first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       type(block_t), intent(out) :: block
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), normal(3, 3, n)
       integer :: c, e, j, l
+      block%convention = convention
+      block%has_normals = present(normal)
       do l = 1, lanes
          e = first + merge(l, 1, first + l <= n)
          do j = 1, 3
@@ -196,13 +191,13 @@ contains
          block%direction(l, :) = [1.0_wp, 0.0_wp, 0.0_wp]
          if (present(direction)) block%direction(l, :) = direction(:, e)
          if (convention == rotation_increment) block%state(l, :, :) = state(:, :, e)
+         if (present(normal)) block%normal(l, :, :) = normal(:, :, e)
       end do
    end subroutine gather
 
    !> NaN and infinity in the input, found by one sum over it.
-   pure subroutine check_input(block, convention, status)
+   pure subroutine check_input(block, status)
       type(block_t), intent(in) :: block
-      integer, intent(in) :: convention
       integer(i4), intent(inout) :: status(lanes)
       real(wp) :: total(lanes), length(lanes)
       integer :: c, j
@@ -212,8 +207,9 @@ contains
             total = total + abs(block%x(:, c, j)) + abs(block%u(:, c, j)) + abs(block%rotation(:, c, j))
          end do
          total = total + abs(block%rotation(:, 4, j)) + abs(block%direction(:, j))
-         if (convention == rotation_vector) cycle
-         if (convention == rotation_quaternion) then
+         if (block%has_normals) total = total + abs(block%normal(:, 1, j)) + abs(block%normal(:, 2, j)) + abs(block%normal(:, 3, j))
+         if (block%convention == rotation_vector) cycle
+         if (block%convention == rotation_quaternion) then
             length = absolute_sum(block%rotation(:, :, j))
          else
             length = absolute_sum(block%state(:, :, j))
@@ -233,13 +229,13 @@ contains
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state, resultants)
+                             state, resultants, normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), normal(3, 3, n)
       type(block_t) :: block
       type(stress_t) :: stress
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
@@ -247,18 +243,14 @@ contains
       integer :: i, l, used
 
       used = min(lanes, n - first)
-      call gather(first, n, x, u, rotation, convention, block, direction, state)
-      if (convention == rotation_increment) then
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                             block%state)
-      else if (present(resultants)) then
+      call gather(first, n, x, u, rotation, convention, block, direction, state, normal)
+      if (present(resultants)) then
          call gather_stress(first, n, resultants, stress)
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                             stress=stress)
+         call evaluate_block(section, level, block, eb, fb, kb, found, stress)
       else
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
+         call evaluate_block(section, level, block, eb, fb, kb, found)
       end if
-      call check_input(block, convention, found)
+      call check_input(block, found)
       status(first + 1:first + used) = found(1:used)
       do l = 1, used
          if (found(l) == status_ok) cycle

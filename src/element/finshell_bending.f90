@@ -24,7 +24,8 @@ module finshell_bending
       real(wp) :: share !< of G_b in H: G - share G_b
       real(wp) :: g(lanes, 6) !< nodal slopes
       real(wp) :: p(lanes, 3) !< p_k of each side
-      real(wp) :: dbeta(lanes, 3, 3), ddbeta(lanes, 6, 3) !< of beta_k with respect to the midsurface strain (strain, side)
+      real(wp) :: beta(lanes, 3) !< beta_k
+      real(wp) :: dbeta(lanes, 3, 3), ddbeta(lanes, 6, 3) !< with respect to the midsurface strain (strain, side)
       real(wp) :: mid(lanes, 2, 3) !< -3/4 m_k: mid-side excess of G per unit p_k
       real(wp) :: turned(lanes, 2, 3) !< its derivative with respect to beta_k
       real(wp) :: bow(lanes, 3) !< w_k
@@ -104,7 +105,7 @@ contains
       type(reference_t), intent(in) :: ref
       real(wp), intent(in) :: c(lanes, 3)
       type(bending_t), intent(inout) :: b
-      real(wp), dimension(lanes) :: inverse, l1, l2, stretch2, beta
+      real(wp), dimension(lanes) :: inverse, l1, l2, stretch2
       real(wp) :: dl(lanes, 3)
       integer :: i, j, k
       do k = 1, 3
@@ -116,14 +117,14 @@ contains
          b%bow(:, k) = 0.125_wp*(l1*(b%g(:, i - 1) - b%g(:, j - 1)) + l2*(b%g(:, i) - b%g(:, j)))
          stretch2 = c(:, 1)*l1*l1 + 2*c(:, 3)*l1*l2 + c(:, 2)*l2*l2
          inverse = 1/stretch2
-         beta = ((c(:, 2) - c(:, 1))*l1*l2 + c(:, 3)*(l1*l1 - l2*l2))*inverse
+         b%beta(:, k) = ((c(:, 2) - c(:, 1))*l1*l2 + c(:, 3)*(l1*l1 - l2*l2))*inverse
          if (level >= level_force) then
             dl(:, 1) = 2*l1*l1*inverse
             dl(:, 2) = 2*l2*l2*inverse
             dl(:, 3) = 2*l1*l2*inverse
-            b%dbeta(:, 1, k) = -2*l1*l2*inverse - beta*dl(:, 1)
-            b%dbeta(:, 2, k) = 2*l1*l2*inverse - beta*dl(:, 2)
-            b%dbeta(:, 3, k) = (l1*l1 - l2*l2)*inverse - beta*dl(:, 3)
+            b%dbeta(:, 1, k) = -2*l1*l2*inverse - b%beta(:, k)*dl(:, 1)
+            b%dbeta(:, 2, k) = 2*l1*l2*inverse - b%beta(:, k)*dl(:, 2)
+            b%dbeta(:, 3, k) = (l1*l1 - l2*l2)*inverse - b%beta(:, k)*dl(:, 3)
          end if
          if (level >= level_tangent) then
             b%ddbeta(:, 1, k) = -2*b%dbeta(:, 1, k)*dl(:, 1)
@@ -136,8 +137,8 @@ contains
          inverse = -0.75_wp/ref%side2(:, k)
          b%turned(:, 1, k) = -l2*inverse
          b%turned(:, 2, k) = l1*inverse
-         b%mid(:, 1, k) = (l1 - beta*l2)*inverse
-         b%mid(:, 2, k) = (l2 + beta*l1)*inverse
+         b%mid(:, 1, k) = (l1 - b%beta(:, k)*l2)*inverse
+         b%mid(:, 2, k) = (l2 + b%beta(:, k)*l1)*inverse
       end do
    end subroutine side_slopes
 

@@ -11,8 +11,10 @@ module finshell_core
    use finshell_core_hessian, only: stress_t, strain_derivatives_t, strain_derivatives, predict, bending_hessian, &
       curvature_hessian, membrane_hessian, bow_hessian, add_side_terms, stabilised_geometric, paper_geometric
    use finshell_core_strain, only: n_core, row, column, drilling_stiffness, stabilised_strain, paper_strain
+   use finshell_curved, only: curved_t, refer_to, from_curved
    use finshell_drilling, only: drilling_t, new_drilling
    use finshell_filter, only: filter_t
+   use finshell_kink, only: kink_t, new_kink
    use finshell_material, only: level_force, level_tangent
    use finshell_reference, only: reference_t, drilling_weight, higher_order_strain
    use finshell_section, only: section_t, resultants_t, integrate, midsurface_thickness, formulation_s, points_per_block
@@ -27,7 +29,8 @@ module finshell_core
       ! kept for recovery; point by point
       real(wp) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
       real(wp) :: stretch(lanes) !< thickness stretch of the midsurface
-      type(resultants_t) :: resultants
+      real(wp) :: force(points_per_block, 3), moment(points_per_block, 3) !< resultants on a curved reference
+      type(resultants_t) :: resultants !< of the facet
       !> Gradient for the geometric part of the tangent: `gradient`, unless that part has resultants of its own.
       real(wp) :: geometric_gradient(lanes, n_core)
    end type core_t
@@ -39,10 +42,11 @@ contains
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): with `stress`, the geometric part of the Hessian uses
    !> these resultants instead of its own. With `variation` of the core variables, the resultants linearised at this state are
    !> returned as `predicted`, and no Hessian; both need level_tangent.
-   pure subroutine evaluate_core(section, level, ref, filter, axes, core, status, stress, variation, predicted)
+   pure subroutine evaluate_core(section, level, ref, curved, filter, axes, core, status, stress, variation, predicted)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level
       type(reference_t), intent(in) :: ref
+      type(curved_t), intent(in) :: curved !< has no effect in (P)
       type(filter_t), intent(in) :: filter
       real(wp), intent(in) :: axes(lanes, 2) !< cosine, sine of the material direction in the element frame
       type(core_t), intent(inout) :: core
@@ -59,10 +63,12 @@ contains
       real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes), beta0(lanes)
       real(wp) :: point_axes(points_per_block, 2)
       integer(i4) :: point_status(points_per_block)
+      type(kink_t) :: kink
       logical :: stabilised
       integer :: g, groups, i, j, k, v
 
       stabilised = section%formulation == formulation_s
+      kink%any = stabilised .and. curved%any
       do k = 1, 3
          tau(:, k) = filter%theta(:, 3, k)
          slope(:, 2*k - 1) = filter%slope(:, 1, k)
@@ -71,14 +77,22 @@ contains
       call new_bending(section, level, ref, filter%c, filter%jacobian, slope, bend)
       beta0 = section%beta0
       if (.not. section%beta0 > 0) call drilling_weight(ref, section%thickness, beta0)
-      call higher_order_strain(ref, beta0, higher)
+      call higher_order_strain(ref, higher)
       if (stabilised) then
          groups = 1
-         call new_drilling(level, ref, filter%c, filter%jacobian, tau, drill)
+         if (kink%any) call new_kink(level, ref, filter, bend, curved%slope, kink)
+         call new_drilling(level, ref, filter%c, filter%jacobian, tau, kink, drill)
          call stabilised_strain(filter%strain, bend, drill, membrane)
-         call drilling_stiffness(section, ref, higher, axes, kh)
+         call drilling_stiffness(section, ref, beta0, higher, axes, kh)
       else
          groups = 3
+         do i = 1, 3
+            do g = 1, 3
+               do v = 1, 3
+                  higher(:, v, i, g) = sqrt(beta0)*higher(:, v, i, g)
+               end do
+            end do
+         end do
          call paper_strain(ref, filter, tau, bend, higher, membrane)
       end if
 
@@ -93,7 +107,13 @@ contains
             core%curvature(k + 1:k + lanes, v) = -l*bend%curvature(:, v, g)
          end do
       end do
+      if (kink%any) call refer_to(curved, core%membrane, core%curvature)
       call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status)
+      if (kink%any) then
+         core%force = core%resultants%n
+         core%moment = core%resultants%m
+         call from_curved(level, curved, core%resultants)
+      end if
       where (status == 0) status = max(point_status(1:lanes), point_status(lanes + 1:2*lanes), &
                                        point_status(2*lanes + 1:3*lanes))
       core%stretch = l
@@ -109,7 +129,7 @@ contains
 
       call gradient_of(core%resultants, work, core%gradient)
       if (level < level_tangent) return
-      call strain_derivatives(stabilised, ref, filter, tau, bend, drill, higher, l, dl, work, derivatives)
+      call strain_derivatives(stabilised, ref, filter, tau, bend, drill, higher, l, dl, work, derivatives, kink)
       if (present(variation) .and. present(predicted)) then
          call predict(core%resultants, derivatives, variation, predicted)
          return
@@ -123,7 +143,7 @@ contains
       end if
       call bending_hessian(weight, core%resultants, work, derivatives, core%hessian)
       call curvature_hessian(ref, bend, work, l, dl, ddl, derivatives, arc, core%hessian)
-      call membrane_hessian(weight, core%resultants, derivatives, arc, core%hessian)
+      call membrane_hessian(weight, core%resultants, derivatives, arc, kink%any, core%hessian)
       call add_side_terms(ref, bend, work%beta, core%hessian)
       if (stabilised) then
          call bow_hessian(ref, work, core%hessian)
@@ -132,7 +152,7 @@ contains
             j = 3 + column(k)
             core%hessian(:, i, j) = core%hessian(:, i, j) + kh(:, k)
          end do
-         call stabilised_geometric(ref, filter, drill, work, core%hessian)
+         call stabilised_geometric(ref, filter, bend, drill, work, core%hessian, kink)
       else
          call paper_geometric(ref, filter, tau, higher, work, core%hessian)
       end if
@@ -152,7 +172,7 @@ contains
          gradient = 0
          call add_slope_force(stabilised, ref, bend, l, dl, work, gradient)
          if (stabilised) then
-            call add_stabilised_force(drill, kh, tau, work, gradient)
+            call add_stabilised_force(drill, kh, tau, work, gradient, kink)
          else
             call add_paper_force(ref, filter, tau, higher, work, gradient)
          end if

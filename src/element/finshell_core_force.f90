@@ -7,9 +7,10 @@
 module finshell_core_force
    use finshell_kinds, only: wp, lanes
    use finshell_bending, only: bending_t
-   use finshell_core_strain, only: n_core, pack, total_drilling_matrix, jacobian_gradient
+   use finshell_core_strain, only: n_core, pack, variable, total_drilling_matrix, jacobian_gradient
    use finshell_drilling, only: drilling_t
    use finshell_filter, only: filter_t
+   use finshell_kink, only: kink_t
    use finshell_reference, only: reference_t, zeta, n_side
    use finshell_section, only: resultants_t
    implicit none
@@ -27,6 +28,7 @@ module finshell_core_force
       real(wp) :: arc(lanes, 3) !< (S): Z = C^-1 sym(V T) C^-1: 11, 22, 12
       real(wp) :: bow(lanes, 3, 3) !< (S): 3/4 <grad N_k (x) grad N_l> w_l of each side (component, side)
       real(wp) :: beta(lanes, 3) !< conjugate to beta_k p_k
+      real(wp) :: drilling(lanes, 3) !< (S): conjugate to the drilling differences
    end type work_t
 
 contains
@@ -176,13 +178,14 @@ contains
    end subroutine add_slope_force
 
    !> Membrane force of (S) on (C - I)/2 and on the drilling strain; K_h tau.
-   pure subroutine add_stabilised_force(drill, kh, tau, w, gradient)
+   pure subroutine add_stabilised_force(drill, kh, tau, w, gradient, kink)
       type(drilling_t), intent(in) :: drill
       real(wp), intent(in) :: kh(lanes, 6), tau(lanes, 3)
-      type(work_t), intent(in) :: w
+      type(work_t), intent(inout) :: w
       real(wp), intent(inout) :: gradient(lanes, n_core)
-      real(wp) :: n(lanes, 3), a(lanes, 2)
-      integer :: i
+      type(kink_t), intent(in) :: kink
+      real(wp) :: n(lanes, 3)
+      integer :: i, j
       n = 3*w%n(:, :, 1)
       do i = 1, 3
          gradient(:, i) = gradient(:, i) + n(:, i) &
@@ -190,11 +193,18 @@ contains
          gradient(:, 3 + i) = gradient(:, 3 + i) &
             + (kh(:, pack(i, 1))*tau(:, 1) + kh(:, pack(i, 2))*tau(:, 2) + kh(:, pack(i, 3))*tau(:, 3))
       end do
-      do i = 1, 2
-         a(:, i) = n(:, 1)*drill%strain_a(:, 1, i) + n(:, 2)*drill%strain_a(:, 2, i) + n(:, 3)*drill%strain_a(:, 3, i)
-         gradient(:, 3 + i) = gradient(:, 3 + i) + a(:, i)
+      do i = 1, drill%differences
+         w%drilling(:, i) = n(:, 1)*drill%strain_a(:, 1, i) + n(:, 2)*drill%strain_a(:, 2, i) + n(:, 3)*drill%strain_a(:, 3, i)
       end do
-      gradient(:, 6) = gradient(:, 6) - a(:, 1) - a(:, 2)
+      gradient(:, 4) = gradient(:, 4) + w%drilling(:, 1)
+      gradient(:, 5) = gradient(:, 5) + w%drilling(:, 2)
+      gradient(:, 6) = gradient(:, 6) - w%drilling(:, 1) - w%drilling(:, 2)
+      if (.not. kink%any) return
+      do i = 1, 9
+         do j = 1, 3
+            gradient(:, variable(i)) = gradient(:, variable(i)) + w%drilling(:, j)*kink%derivative(:, j, i)
+         end do
+      end do
    end subroutine add_stabilised_force
 
    !> Membrane force of (P) on (C - I)/2 + J B tau.

@@ -3,18 +3,16 @@ module finshell_core_hessian
    use finshell_kinds, only: wp, lanes
    use finshell_bending, only: bending_t
    use finshell_core_force, only: work_t
-   use finshell_core_strain, only: n_core, row, column, pack, total_drilling_matrix, jacobian_gradient
+   use finshell_core_strain, only: n_core, variable, row, column, pack, total_drilling_matrix, jacobian_gradient
    use finshell_drilling, only: drilling_t, add_drilling_hessian
    use finshell_filter, only: filter_t
+   use finshell_kink, only: kink_t, add_kink_hessian
    use finshell_reference, only: reference_t, zeta, n_side
    use finshell_section, only: resultants_t, points_per_block
    implicit none
    private
    public :: stress_t, strain_derivatives_t, strain_derivatives, predict, bending_hessian, curvature_hessian, &
       membrane_hessian, bow_hessian, add_side_terms, stabilised_geometric, paper_geometric
-
-   !> Core variable of each of the nine that bend.
-   integer, parameter :: variable(9) = [1, 2, 3, 7, 8, 9, 10, 11, 12]
 
    !> Resultants at the points, kept by mixed-integration-point Newton from one iteration to the next.
    type :: stress_t
@@ -35,7 +33,7 @@ module finshell_core_hessian
 contains
 
    !> Derivatives of membrane strain and curvature.
-   pure subroutine strain_derivatives(stabilised, ref, filter, tau, bend, drill, higher, l, dl, w, d)
+   pure subroutine strain_derivatives(stabilised, ref, filter, tau, bend, drill, higher, l, dl, w, d, kink)
       logical, intent(in) :: stabilised
       type(reference_t), intent(in) :: ref
       type(filter_t), intent(in) :: filter
@@ -44,8 +42,9 @@ contains
       type(drilling_t), intent(in) :: drill
       type(work_t), intent(in) :: w
       type(strain_derivatives_t), intent(inout) :: d
+      type(kink_t), intent(in) :: kink
       real(wp) :: y(lanes, 2, 2, 9)
-      integer :: i, point, v
+      integer :: i, j, point, v
 
       d%groups = merge(1, 3, stabilised)
       call slope_derivatives(ref, bend, d)
@@ -59,6 +58,16 @@ contains
          d%membrane(:, :, 5, 1) = drill%strain_a(:, :, 2)
          d%membrane(:, :, 6, 1) = -drill%strain_a(:, :, 1) - drill%strain_a(:, :, 2)
          d%membrane(:, :, 7:12, 1) = d%slope_strain(:, :, 4:9)
+         if (kink%any) then
+            do i = 1, 9
+               do v = 1, 3
+                  do j = 1, 3
+                     d%membrane(:, v, variable(i), 1) = d%membrane(:, v, variable(i), 1) &
+                        + drill%strain_a(:, v, j)*kink%derivative(:, j, i)
+                  end do
+               end do
+            end do
+         end if
       else
          d%slope_strain = 0
          call paper_derivatives(ref, filter, tau, bend, higher, d)
@@ -361,11 +370,12 @@ contains
    end subroutine bending_hessian
 
    !> First derivatives of the membrane strain times section tangent times those of membrane strain and curvature.
-   pure subroutine membrane_hessian(weight, r, der, arc, h)
+   pure subroutine membrane_hessian(weight, r, der, arc, curved, h)
       real(wp), intent(in) :: weight(lanes)
       type(resultants_t), intent(in) :: r
       type(strain_derivatives_t), intent(in) :: der
       real(wp), intent(in) :: arc(lanes, 3, 9) !< what the derivatives of V/2 meet through M
+      logical, intent(in) :: curved !< the reference
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
       real(wp) :: a(lanes, 6), b(lanes, 6), y(lanes, 3, 9)
       integer :: g, j, k, v
@@ -386,17 +396,18 @@ contains
             end do
          end associate
          if (g < 3 .and. der%groups == 1) cycle
-         call membrane_products(a, y, der%membrane(:, :, :, min(g, der%groups)), der%slope_strain, arc, h)
+         call membrane_products(a, y, der%membrane(:, :, :, min(g, der%groups)), der%slope_strain, arc, curved, h)
          a = 0
          y = 0
       end do
    end subroutine membrane_hessian
 
-   !> dm A dm + dm y + y dm + dv s + s dv, m the membrane strain, v = V/2; with respect to the slopes dm = dv where there is an s.
-   pure subroutine membrane_products(a, y, dm, dv, s, h)
+   !> dm A dm + dm y + y dm + dv s + s dv, m the membrane strain, v = V/2; with respect to the slopes dm = dv on a flat reference.
+   pure subroutine membrane_products(a, y, dm, dv, s, curved, h)
       real(wp), intent(in) :: a(lanes, 6), y(lanes, 3, 9), dm(lanes, 3, n_core), dv(lanes, 3, 9), s(lanes, 3, 9)
+      logical, intent(in) :: curved
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
-      real(wp) :: t(lanes, 3, n_core), ts(lanes, 3), ys(lanes, 3, 9)
+      real(wp) :: t(lanes, 3, n_core), ts(lanes, 3), ys(lanes, 3, 9), beside(lanes, 3, 9)
       integer :: i, j
       do j = 1, n_core
          t(:, 1, j) = a(:, 1)*dm(:, 1, j) + a(:, 4)*dm(:, 2, j) + a(:, 5)*dm(:, 3, j)
@@ -437,6 +448,17 @@ contains
          do i = 7, j
             h(:, i, j) = h(:, i, j) + (dm(:, 1, i)*ts(:, 1) + dm(:, 2, i)*ts(:, 2) + dm(:, 3, i)*ts(:, 3)) &
                + (ys(:, 1, i - 3)*dm(:, 1, j) + ys(:, 2, i - 3)*dm(:, 2, j) + ys(:, 3, i - 3)*dm(:, 3, j))
+         end do
+      end do
+      if (.not. curved) return
+      ! s has met dm where it should have met dv
+      beside(:, :, 4:9) = dm(:, :, 7:12) - dv(:, :, 4:9)
+      do j = 4, 9
+         do i = 1, j
+            h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) &
+               - (s(:, 1, i)*beside(:, 1, j) + s(:, 2, i)*beside(:, 2, j) + s(:, 3, i)*beside(:, 3, j))
+            if (i > 3) h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) &
+               - (beside(:, 1, i)*s(:, 1, j) + beside(:, 2, i)*s(:, 2, j) + beside(:, 3, i)*s(:, 3, j))
          end do
       end do
    end subroutine membrane_products
@@ -636,13 +658,15 @@ contains
    end subroutine add_side_terms
 
    !> Second derivatives of the drilling strain of (S) at fixed membrane force.
-   pure subroutine stabilised_geometric(ref, filter, drill, w, h)
+   pure subroutine stabilised_geometric(ref, filter, bend, drill, w, h, kink)
       type(reference_t), intent(in) :: ref
       type(filter_t), intent(in) :: filter
+      type(bending_t), intent(in) :: bend
       type(drilling_t), intent(in) :: drill
       type(work_t), intent(in) :: w
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
-      real(wp) :: n(lanes, 3), ee(lanes, 6), ea(lanes, 3, 2), aa(lanes, 3)
+      type(kink_t), intent(in) :: kink
+      real(wp) :: n(lanes, 3), ee(lanes, 6), ea(lanes, 3, 3), aa(lanes, 6)
       integer :: i, k
       n = 3*w%n(:, :, 1)
       call add_drilling_hessian(ref, filter%c, filter%jacobian, drill, n, ee, ea, aa)
@@ -660,7 +684,51 @@ contains
       h(:, 4, 6) = h(:, 4, 6) - aa(:, 1) - aa(:, 3)
       h(:, 5, 6) = h(:, 5, 6) - aa(:, 2) - aa(:, 3)
       h(:, 6, 6) = h(:, 6, 6) + aa(:, 1) + aa(:, 2) + 2*aa(:, 3)
+      if (kink%any) call kinked(ref, filter, bend, kink, ea, aa, w%drilling, h)
    end subroutine stabilised_geometric
+
+   !> What a kink adds to that: the differences depend on midsurface strain and slopes too.
+   pure subroutine kinked(ref, filter, bend, kink, ea, aa, conjugate, h)
+      type(reference_t), intent(in) :: ref
+      type(filter_t), intent(in) :: filter
+      type(bending_t), intent(in) :: bend
+      type(kink_t), intent(in) :: kink
+      real(wp), intent(in) :: ea(lanes, 3, 3), aa(lanes, 6), conjugate(lanes, 3)
+      real(wp), intent(inout) :: h(lanes, n_core, n_core)
+      integer, parameter :: pair(3, 3) = reshape([1, 3, 4, 3, 2, 5, 4, 5, 6], [3, 3])
+      real(wp) :: second(lanes, 9, 9), t(lanes, 3), e(lanes)
+      integer :: a, b, i, j
+      second = 0
+      call add_kink_hessian(ref, filter, bend, kink, conjugate, second)
+      associate (da => kink%derivative)
+         do j = 1, 9
+            t = 0
+            do a = 1, 3
+               do b = 1, 3
+                  t(:, a) = t(:, a) + aa(:, pair(a, b))*da(:, b, j)
+               end do
+            end do
+            do i = 1, j
+               second(:, i, j) = second(:, i, j) + da(:, 1, i)*t(:, 1) + da(:, 2, i)*t(:, 2) + da(:, 3, i)*t(:, 3)
+            end do
+            do i = 1, 3
+               e = ea(:, i, 1)*da(:, 1, j) + ea(:, i, 2)*da(:, 2, j) + ea(:, i, 3)*da(:, 3, j)
+               if (i <= j) second(:, i, j) = second(:, i, j) + e
+               if (j <= i) second(:, j, i) = second(:, j, i) + e
+            end do
+            ! with the drilling angles
+            t(:, 3) = -t(:, 1) - t(:, 2)
+            do i = 1, 3
+               a = min(3 + i, variable(j))
+               b = max(3 + i, variable(j))
+               h(:, a, b) = h(:, a, b) + t(:, i)
+            end do
+            do i = 1, j
+               h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) + second(:, i, j)
+            end do
+         end do
+      end associate
+   end subroutine kinked
 
    !> Second derivatives of J B tau, formulation (P).
    pure subroutine paper_geometric(ref, filter, tau, higher, work, h)

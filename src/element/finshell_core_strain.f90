@@ -8,11 +8,13 @@ module finshell_core_strain
    use finshell_section, only: section_t, reference_membrane_tangent
    implicit none
    private
-   public :: n_core, row, column, pack
+   public :: n_core, variable, row, column, pack
    public :: drilling_stiffness, stabilised_strain, paper_strain, total_drilling_matrix, jacobian_gradient
 
    !> Number of core variables (finshell_core).
    integer, parameter :: n_core = 12
+   !> Those of them that bend: midsurface strain and slopes.
+   integer, parameter :: variable(9) = [1, 2, 3, 7, 8, 9, 10, 11, 12]
    !> Packed symmetric 3x3: entry k is (row(k), column(k)).
    integer, parameter :: row(6) = [1, 2, 3, 1, 1, 2], column(6) = [1, 2, 3, 2, 3, 3]
    integer, parameter :: pack(3, 3) = reshape([1, 4, 5, 4, 2, 6, 5, 6, 3], [3, 3])
@@ -20,16 +22,16 @@ module finshell_core_strain
 contains
 
    !> Constant drilling stiffness K_h = int B_h' C_0 B_h dV of formulation (S).
-   pure subroutine drilling_stiffness(section, ref, higher, axes, kh)
+   pure subroutine drilling_stiffness(section, ref, beta0, higher, axes, kh)
       type(section_t), intent(in) :: section
       type(reference_t), intent(in) :: ref
-      real(wp), intent(in) :: higher(lanes, 3, 3, 3), axes(lanes, 2)
+      real(wp), intent(in) :: beta0(lanes), higher(lanes, 3, 3, 3), axes(lanes, 2)
       real(wp), intent(out) :: kh(lanes, 6)
       real(wp) :: c(lanes, 6), t(lanes, 3)
       integer :: g, i, j, k, v
       call reference_membrane_tangent(section, axes, c)
       do v = 1, 6
-         c(:, v) = c(:, v)*ref%area/3
+         c(:, v) = c(:, v)*(ref%area/3)*beta0
       end do
       kh = 0
       do g = 1, 3

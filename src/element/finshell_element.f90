@@ -4,18 +4,20 @@
 !> lists belong to finshell_batch.
 module finshell_element
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_curved, only: curved_t, new_curved, turn_nodes
    use finshell_core, only: core_t, stress_t, evaluate_core, n_core
    use finshell_filter, only: filter_t, new_filter
    use finshell_lift, only: lift, core_variation
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_reference, only: reference_t, new_reference
-   use finshell_section, only: section_t, cauchy_stress
+   use finshell_section, only: section_t, cauchy_stress, formulation_s
    use finshell_status, only: status_invalid_argument
    use finshell_vector_rotation, only: vector_rotation_t, new_vector_rotation, turn_state, turned_frame, add_vector_curvature
    use finshell_voigt, only: rotate_stress
    implicit none
    private
-   public :: evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, rotation_increment
+   public :: block_t, evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, &
+      rotation_increment
 
    !> How nodal rotations are given, and what force and tangent refer to.
    !> rotation_vector: total rotation vectors (3 numbers), exact Hessian. rotation_quaternion: unit quaternions (4 numbers, scalar
@@ -23,88 +25,90 @@ module finshell_element
    !> Hessian with respect to the increment.
    integer, parameter :: rotation_vector = 1, rotation_quaternion = 2, rotation_increment = 3
 
+   !> Elements side by side, and what is common to them.
+   type :: block_t
+      real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3) !< reference coordinates and displacements (element, component, node)
+      real(wp) :: rotation(lanes, 4, 3) !< quaternion, or rotation vector in the first three components
+      integer :: convention !< rotation_vector, rotation_quaternion or rotation_increment
+      real(wp) :: state(lanes, 4, 3) !< quaternions an increment starts from
+      real(wp) :: direction(lanes, 3) !< material direction 1, global; used when the section is not isotropic
+      logical :: has_normals
+      real(wp) :: normal(lanes, 3, 3) !< of the curved reference at the nodes (element, component, node)
+   end type block_t
+
 contains
 
    !> Energy, force and tangent of a block of elements.
-   pure subroutine evaluate_block(section, level, nodes, displacement, rotation, convention, direction, energy, force, tangent, &
-                                  status, state, stress)
+   pure subroutine evaluate_block(section, level, block, energy, force, tangent, status, stress)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
-      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3) !< (element, component, node)
-      real(wp), intent(in) :: rotation(lanes, 4, 3) !< quaternion, or rotation vector in the first three components
-      integer, intent(in) :: convention !< rotation_vector, rotation_quaternion or rotation_increment
-      real(wp), intent(in) :: direction(lanes, 3) !< material direction 1, global; used when the section is not isotropic
+      type(block_t), intent(in) :: block
       real(wp), intent(inout) :: energy(lanes), force(lanes, 18)
       real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle
       integer(i4), intent(out) :: status(lanes)
-      real(wp), intent(in), optional :: state(lanes, 4, 3) !< quaternions an increment starts from
       type(stress_t), intent(in), optional :: stress !< resultants for the geometric part of the tangent
       type(reference_t) :: ref
+      type(curved_t) :: curved
       type(filter_t) :: filter
       type(core_t) :: core
       type(vector_rotation_t) :: vectors
       real(wp) :: node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
       integer :: i
 
-      if (convention == rotation_quaternion) then
-         call deform(nodes, displacement, rotation, ref, filter, status)
-      else
-         call new_vector_rotation(level, rotation, vectors)
-         if (present(state)) call turn_state(vectors, state)
-         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
-      end if
+      call deform(section, level, block, ref, curved, filter, vectors, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
-      if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
-      call evaluate_core(section, level, ref, filter, axes, core, status, stress)
+      if (.not. section%isotropic) call material_direction(ref, block%direction, axes, status)
+      call evaluate_core(section, level, ref, curved, filter, axes, core, status, stress)
       energy = core%energy
       if (level < level_force) return
 
       do i = 1, 3
-         if (convention == rotation_quaternion) then
+         if (block%convention == rotation_quaternion) then
             node_frame(:, :, :, i) = filter%rotation
          else
             call turned_frame(vectors, i, filter%rotation, node_frame(:, :, :, i))
          end if
       end do
       call lift(level, ref, filter, core, node_frame, force, moment, tangent)
-      if (level == level_tangent .and. convention /= rotation_quaternion) call add_vector_curvature(vectors, moment, tangent)
+      if (level == level_tangent .and. block%convention /= rotation_quaternion) call add_vector_curvature(vectors, moment, tangent)
    end subroutine evaluate_block
 
    !> Resultants at the points of a block of elements, linearised at this state for nodal displacements and spins.
-   pure subroutine predict_block(section, nodes, displacement, quaternion, increment, direction, stress, status)
+   pure subroutine predict_block(section, block, increment, stress, status)
       type(section_t), intent(in) :: section
-      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), quaternion(lanes, 4, 3), direction(lanes, 3)
+      type(block_t), intent(in) :: block
       real(wp), intent(in) :: increment(lanes, 18) !< u1 t1 u2 t2 u3 t3, spins
       type(stress_t), intent(out) :: stress
       integer(i4), intent(out) :: status(lanes)
       type(reference_t) :: ref
+      type(curved_t) :: curved
       type(filter_t) :: filter
       type(core_t) :: core
+      type(vector_rotation_t) :: vectors
       real(wp) :: axes(lanes, 2), variation(lanes, n_core)
-      call deform(nodes, displacement, quaternion, ref, filter, status)
+      call deform(section, level_tangent, block, ref, curved, filter, vectors, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
-      if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
+      if (.not. section%isotropic) call material_direction(ref, block%direction, axes, status)
       call core_variation(ref, filter, increment, variation)
-      call evaluate_core(section, level_tangent, ref, filter, axes, core, status, variation=variation, predicted=stress)
+      call evaluate_core(section, level_tangent, ref, curved, filter, axes, core, status, variation=variation, &
+                         predicted=stress)
    end subroutine predict_block
 
    !> Resultants, thickness stretch and stresses of a block of elements.
    !>
    !> Components refer to the material direction projected on the element and the in-plane normal to it, carried along by R.
-   pure subroutine recover_block(section, nodes, displacement, rotation, convention, direction, stretch, force, moment, stress, &
-                                 status, state)
+   pure subroutine recover_block(section, block, stretch, force, moment, stress, status)
       type(section_t), intent(in) :: section
-      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3)
-      integer, intent(in) :: convention
+      type(block_t), intent(in) :: block
       real(wp), intent(out) :: stretch(lanes) !< thickness stretch of the midsurface
       real(wp), intent(out) :: force(lanes, 3) !< N11, N22, N12 per reference length, conjugate to Green-Lagrange strain
       real(wp), intent(out) :: moment(lanes, 3) !< M11, M22, M12
       real(wp), intent(out) :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
       integer(i4), intent(out) :: status(lanes)
-      real(wp), intent(in), optional :: state(lanes, 4, 3)
       type(reference_t) :: ref
+      type(curved_t) :: curved
       type(filter_t) :: filter
       type(core_t) :: core
       type(vector_rotation_t) :: vectors
@@ -112,19 +116,18 @@ contains
       integer(i4) :: found(lanes)
       integer :: i
 
-      if (convention == rotation_quaternion) then
-         call deform(nodes, displacement, rotation, ref, filter, status)
-      else
-         call new_vector_rotation(level_energy, rotation, vectors)
-         if (present(state)) call turn_state(vectors, state)
-         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
-      end if
-      call material_direction(ref, direction, axes, status)
-      call evaluate_core(section, level_force, ref, filter, axes, core, status)
+      call deform(section, level_energy, block, ref, curved, filter, vectors, status)
+      call material_direction(ref, block%direction, axes, status)
+      call evaluate_core(section, level_force, ref, curved, filter, axes, core, status)
       stretch = core%stretch
       do i = 1, 3
-         force(:, i) = mean(core%resultants%n(:, i))
-         moment(:, i) = mean(core%resultants%m(:, i))
+         if (curved%any) then
+            force(:, i) = mean(core%force(:, i))
+            moment(:, i) = mean(core%moment(:, i))
+         else
+            force(:, i) = mean(core%resultants%n(:, i))
+            moment(:, i) = mean(core%resultants%m(:, i))
+         end if
          membrane(:, i) = mean(core%membrane(:, i))
          curvature(:, i) = mean(core%curvature(:, i))
       end do
@@ -151,15 +154,31 @@ contains
       m = (values(1:lanes) + values(lanes + 1:2*lanes) + values(2*lanes + 1:3*lanes))/3
    end function mean
 
-   !> Reference geometry and filtered motion of a block.
-   pure subroutine deform(nodes, displacement, quaternion, ref, filter, status)
-      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), quaternion(lanes, 4, 3)
+   !> Reference geometry and filtered motion of a block. `vectors`: unless the rotations are quaternions.
+   pure subroutine deform(section, level, block, ref, curved, filter, vectors, status)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: level
+      type(block_t), intent(in) :: block
       type(reference_t), intent(out) :: ref
+      type(curved_t), intent(inout) :: curved
       type(filter_t), intent(out) :: filter
+      type(vector_rotation_t), intent(inout) :: vectors
       integer(i4), intent(out) :: status(lanes)
+      real(wp) :: quaternion(lanes, 4, 3)
       status = 0
-      call new_reference(nodes, ref, status)
-      call new_filter(ref, displacement, quaternion, filter, status)
+      call new_reference(block%x, ref, status)
+      curved%any = .false.
+      if (block%has_normals .and. section%formulation == formulation_s) &
+         call new_curved(section, ref, block%normal, curved, status)
+      if (block%convention == rotation_quaternion) then
+         quaternion = block%rotation
+      else
+         call new_vector_rotation(level, block%rotation, vectors)
+         if (block%convention == rotation_increment) call turn_state(vectors, block%state)
+         quaternion = vectors%quaternion
+      end if
+      if (curved%any) call turn_nodes(curved, quaternion)
+      call new_filter(ref, block%u, quaternion, filter, status)
    end subroutine deform
 
    !> Cosine and sine of the material direction projected on the element.

@@ -29,7 +29,8 @@ module finshell_reference
       real(wp) :: bubble(lanes, 2, 3, 3) !< gradient of the side function 4 zeta_i zeta_j (component, side, point)
       !> Mean of grad N_k (x) grad N_l, Voigt, for the pairs of sides 11, 22, 33, 12, 13, 23.
       real(wp) :: bubble_mean(lanes, 3, 6)
-      real(wp) :: basic(lanes, 3, 2) !< basic drilling strain (Voigt) per unit (tau_1 - tau_3), (tau_2 - tau_3)
+      !> Basic drilling strain (Voigt) per unit (tau_1 - tau_3), (tau_2 - tau_3), and bow of side 1 (finshell_kink).
+      real(wp) :: basic(lanes, 3, 3)
    end type reference_t
 
 contains
@@ -42,6 +43,7 @@ contains
       real(wp), dimension(lanes, 3) :: a, b, c, column
       real(wp), dimension(lanes) :: length, twice_area, inverse
       integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
+      real(wp), parameter :: bow = -(4.0_wp/3)*alpha_b/8 !< times the gradient of a vertex function: mean gradient of a bubble
       integer :: g, i, k
 
       a = nodes(:, :, 2) - nodes(:, :, 1)
@@ -114,6 +116,9 @@ contains
          call basic_column(ref, k, column)
          ref%basic(:, :, k) = column
       end do
+      ref%basic(:, 1, 3) = bow*ref%side(:, 2, 1)*ref%gradient(:, 1, 3)
+      ref%basic(:, 2, 3) = -bow*ref%side(:, 1, 1)*ref%gradient(:, 2, 3)
+      ref%basic(:, 3, 3) = bow*(ref%side(:, 2, 1)*ref%gradient(:, 2, 3) - ref%side(:, 1, 1)*ref%gradient(:, 1, 3))
    end subroutine new_reference
 
    !> Basic drilling strain of node i: column of the force-lumping matrix over the area (equal drilling gives none).
@@ -148,12 +153,11 @@ contains
       beta0 = min(max(thickness**2/max(ref%side2(:, 1), ref%side2(:, 2), ref%side2(:, 3)), 1.0e-5_wp), 0.3_wp)
    end subroutine drilling_weight
 
-   !> Higher-order drilling strain per unit drilling angle at the three in-plane points, times sqrt(beta0).
+   !> Higher-order drilling strain per unit drilling angle at the three in-plane points, for beta0 = 1; it goes with sqrt(beta0).
    !>
-   !> At the point near node g it is 3/4 sqrt(beta0) T_e Q_g, because the mean of the Q vanishes.
-   pure subroutine higher_order_strain(ref, beta0, higher)
+   !> At the point near node g it is 3/4 T_e Q_g, because the mean of the Q vanishes.
+   pure subroutine higher_order_strain(ref, higher)
       type(reference_t), intent(in) :: ref
-      real(wp), intent(in) :: beta0(lanes)
       real(wp), intent(out) :: higher(lanes, 3, 3, 3) !< (element, Voigt component, node, point)
       ! Q_g(side, node) = 2A/3 pattern(node, side, g)/|side|^2, sides in the order 21, 32, 13
       real(wp), parameter :: pattern(3, 3, 3) = reshape([real(wp) :: &
@@ -165,7 +169,7 @@ contains
       integer :: g, i, k, l, m, v
 
       ! rows of T_e carry products of the other two sides; the side length cancels against Q
-      scale = sqrt(beta0)*0.75_wp*(2.0_wp/3)*ref%area/(4*ref%area**2)
+      scale = 0.75_wp*(2.0_wp/3)*ref%area/(4*ref%area**2)
       do k = 1, 3
          l = side_to(k)
          m = side_to(l)

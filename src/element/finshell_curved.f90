@@ -1,0 +1,191 @@
+!> Curved references: unit normals at the nodes make a shallow curved element of the flat facet (theory, S2c).
+!>
+!> All of it are constants of the reference. The rotation E0_i that takes the normal of the facet to that of the node turns the
+!> nodal rotation on the right, R_i E0_i, so that the reference itself has slopes G0_i. Slope strain and curvature are counted from
+!> theirs, V0 and K0, and the strain is referred to the metric I + V0 of the curved surface: E <- A E A, A = (I + V0)^(-1/2).
+module finshell_curved
+   use finshell_kinds, only: wp, i4, lanes
+   use finshell_bending, only: bending_t, new_bending
+   use finshell_material, only: level_energy, level_force, level_tangent
+   use finshell_quaternion, only: quaternion_product
+   use finshell_reference, only: reference_t
+   use finshell_section, only: section_t, resultants_t, points_per_block
+   use finshell_status, only: status_invalid_argument
+   implicit none
+   private
+   public :: curved_t, new_curved, turn_nodes, refer_to, from_curved
+
+   type :: curved_t
+      logical :: any !< a normal of the block differs from that of its facet; else the rest is not set
+      real(wp) :: turn(lanes, 4, 3) !< E0_i, quaternion, global components
+      real(wp) :: slope(lanes, 6) !< G0_i
+      real(wp) :: v(lanes, 3) !< V0: 11, 22, 12
+      real(wp) :: curvature(lanes, 3, 3) !< K0, Voigt, at the points
+      real(wp) :: strain(lanes, 3, 3) !< E <- A E A for Voigt strains
+      real(wp) :: area(lanes) !< of the curved element over that of the facet
+   end type curved_t
+
+   !> A normal nearer than this to that of the facet is the facet's: flat stays flat to the last bit.
+   real(wp), parameter :: same_direction = 64*epsilon(1.0_wp)
+
+contains
+
+   !> Constants of a block of elements. A normal may have any length; one that is zero, or 90 degrees or more from that of the
+   !> facet, is status_invalid_argument.
+   pure subroutine new_curved(section, ref, normal, curved, status)
+      type(section_t), intent(in) :: section
+      type(reference_t), intent(in) :: ref
+      real(wp), intent(in) :: normal(lanes, 3, 3) !< (element, component, node)
+      type(curved_t), intent(inout) :: curved
+      integer(i4), intent(inout) :: status(lanes)
+      type(bending_t) :: bend
+      real(wp), dimension(lanes) :: sine, cosine, half, factor, one
+      real(wp) :: axis(lanes, 3, 3), flat(lanes, 3)
+      logical :: kept(lanes)
+      integer :: c, k
+
+      curved%any = .false.
+      do k = 1, 3
+         axis(:, 1, k) = ref%frame(:, 2, 3)*normal(:, 3, k) - ref%frame(:, 3, 3)*normal(:, 2, k)
+         axis(:, 2, k) = ref%frame(:, 3, 3)*normal(:, 1, k) - ref%frame(:, 1, 3)*normal(:, 3, k)
+         axis(:, 3, k) = ref%frame(:, 1, 3)*normal(:, 2, k) - ref%frame(:, 2, 3)*normal(:, 1, k)
+         cosine = ref%frame(:, 1, 3)*normal(:, 1, k) + ref%frame(:, 2, 3)*normal(:, 2, k) + ref%frame(:, 3, 3)*normal(:, 3, k)
+         sine = sqrt(axis(:, 1, k)**2 + axis(:, 2, k)**2 + axis(:, 3, k)**2)
+         where (status == 0 .and. .not. cosine > 0) status = status_invalid_argument
+         kept = sine > same_direction*cosine .and. cosine > 0
+         curved%any = curved%any .or. any(kept)
+         half = 0.5_wp*atan2(sine, max(cosine, tiny(1.0_wp)))
+         factor = merge(sin(half)/max(sine, tiny(1.0_wp)), 0.0_wp, kept)
+         curved%turn(:, 1, k) = merge(cos(half), 1.0_wp, kept)
+         do c = 1, 3
+            curved%turn(:, 1 + c, k) = factor*axis(:, c, k)
+         end do
+         factor = merge(2*half/max(sine, tiny(1.0_wp)), 0.0_wp, kept)
+         curved%slope(:, 2*k - 1) = -factor*(axis(:, 1, k)*ref%frame(:, 1, 2) + axis(:, 2, k)*ref%frame(:, 2, 2) &
+                                             + axis(:, 3, k)*ref%frame(:, 3, 2))
+         curved%slope(:, 2*k) = factor*(axis(:, 1, k)*ref%frame(:, 1, 1) + axis(:, 2, k)*ref%frame(:, 2, 1) &
+                                        + axis(:, 3, k)*ref%frame(:, 3, 1))
+      end do
+      if (.not. curved%any) return
+
+      flat(:, 1:2) = 1
+      flat(:, 3) = 0
+      one = 1
+      call new_bending(section, level_energy, ref, flat, one, curved%slope, bend)
+      curved%v = bend%v
+      curved%curvature = bend%curvature
+      call metric_change(curved)
+   end subroutine new_curved
+
+   !> A = (I + V0)^(-1/2) by the closed form of the square root, as it acts on Voigt strains; sqrt(det(I + V0)).
+   pure subroutine metric_change(curved)
+      type(curved_t), intent(inout) :: curved
+      real(wp), dimension(lanes) :: a, b, d, j, trace
+      j = sqrt((1 + curved%v(:, 1))*(1 + curved%v(:, 2)) - curved%v(:, 3)**2)
+      trace = 1/(sqrt(2 + curved%v(:, 1) + curved%v(:, 2) + 2*j)*j)
+      a = (1 + curved%v(:, 2) + j)*trace
+      d = (1 + curved%v(:, 1) + j)*trace
+      b = -curved%v(:, 3)*trace
+      curved%area = j
+      curved%strain(:, 1, 1) = a*a
+      curved%strain(:, 1, 2) = b*b
+      curved%strain(:, 1, 3) = a*b
+      curved%strain(:, 2, 1) = b*b
+      curved%strain(:, 2, 2) = d*d
+      curved%strain(:, 2, 3) = b*d
+      curved%strain(:, 3, 1) = 2*a*b
+      curved%strain(:, 3, 2) = 2*b*d
+      curved%strain(:, 3, 3) = a*d + b*b
+   end subroutine metric_change
+
+   !> Nodal rotations R_i become R_i E0_i.
+   pure subroutine turn_nodes(curved, quaternion)
+      type(curved_t), intent(in) :: curved
+      real(wp), intent(inout) :: quaternion(lanes, 4, 3)
+      integer :: k, l
+      do k = 1, 3
+         do l = 1, lanes
+            quaternion(l, :, k) = quaternion_product(quaternion(l, :, k), curved%turn(l, :, k))
+         end do
+      end do
+   end subroutine turn_nodes
+
+   !> Strains at the points counted from the curved reference and referred to its metric.
+   pure subroutine refer_to(curved, membrane, curvature)
+      type(curved_t), intent(in) :: curved
+      real(wp), intent(inout) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
+      integer :: g, k
+      do g = 1, 3
+         k = lanes*(g - 1)
+         membrane(k + 1:k + lanes, 1) = membrane(k + 1:k + lanes, 1) - 0.5_wp*curved%v(:, 1)
+         membrane(k + 1:k + lanes, 2) = membrane(k + 1:k + lanes, 2) - 0.5_wp*curved%v(:, 2)
+         membrane(k + 1:k + lanes, 3) = membrane(k + 1:k + lanes, 3) - curved%v(:, 3)
+         curvature(k + 1:k + lanes, :) = curvature(k + 1:k + lanes, :) + curved%curvature(:, :, g)
+         call change_metric(membrane(k + 1:k + lanes, :))
+         call change_metric(curvature(k + 1:k + lanes, :))
+      end do
+
+   contains
+
+      pure subroutine change_metric(strain)
+         real(wp), intent(inout) :: strain(lanes, 3)
+         real(wp) :: e(lanes, 3)
+         integer :: v
+         e = strain
+         do v = 1, 3
+            strain(:, v) = curved%strain(:, v, 1)*e(:, 1) + curved%strain(:, v, 2)*e(:, 2) + curved%strain(:, v, 3)*e(:, 3)
+         end do
+      end subroutine change_metric
+   end subroutine refer_to
+
+   !> Resultants and tangents on the curved surface, pulled back to the facet.
+   pure subroutine from_curved(level, curved, r)
+      integer, intent(in) :: level
+      type(curved_t), intent(in) :: curved
+      type(resultants_t), intent(inout) :: r
+      integer :: g, k
+      do g = 1, 3
+         k = lanes*(g - 1)
+         r%energy(k + 1:k + lanes) = curved%area*r%energy(k + 1:k + lanes)
+         if (level < level_force) cycle
+         call pull_force(r%n(k + 1:k + lanes, :))
+         call pull_force(r%m(k + 1:k + lanes, :))
+         if (level < level_tangent) cycle
+         call pull_tangent(r%a(k + 1:k + lanes, :))
+         call pull_tangent(r%b(k + 1:k + lanes, :))
+         call pull_tangent(r%d(k + 1:k + lanes, :))
+      end do
+
+   contains
+
+      pure subroutine pull_force(f)
+         real(wp), intent(inout) :: f(lanes, 3)
+         real(wp) :: s(lanes, 3)
+         integer :: v
+         s = f
+         do v = 1, 3
+            f(:, v) = curved%area*(curved%strain(:, 1, v)*s(:, 1) + curved%strain(:, 2, v)*s(:, 2) + curved%strain(:, 3, v)*s(:, 3))
+         end do
+      end subroutine pull_force
+
+      pure subroutine pull_tangent(c)
+         real(wp), intent(inout) :: c(lanes, 6)
+         integer, parameter :: row(6) = [1, 2, 3, 1, 1, 2], column(6) = [1, 2, 3, 2, 3, 3]
+         integer, parameter :: packed(3, 3) = reshape([1, 4, 5, 4, 2, 6, 5, 6, 3], [3, 3])
+         real(wp) :: t(lanes, 3, 3)
+         integer :: i, j, p
+         do j = 1, 3
+            do i = 1, 3
+               t(:, i, j) = c(:, packed(i, 1))*curved%strain(:, 1, j) + c(:, packed(i, 2))*curved%strain(:, 2, j) &
+                  + c(:, packed(i, 3))*curved%strain(:, 3, j)
+            end do
+         end do
+         do p = 1, 6
+            i = row(p)
+            j = column(p)
+            c(:, p) = curved%area*(curved%strain(:, 1, i)*t(:, 1, j) + curved%strain(:, 2, i)*t(:, 2, j) &
+                                   + curved%strain(:, 3, i)*t(:, 3, j))
+         end do
+      end subroutine pull_tangent
+   end subroutine from_curved
+end module finshell_curved
