@@ -9,6 +9,7 @@ module finshell_input
    use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
    use finshell_namelist, only: get, check_all_used, complain_about
    use finshell_input_common, only: check_name
+   use finshell_input_normals, only: normals_choice_t, apply_normals
    use finshell_input_mesh, only: read_mesh, read_node_set, read_element_set
    use finshell_input_section, only: named_material_t, read_material, read_section, check_sections
    use finshell_input_support, only: read_support, check_supports
@@ -70,15 +71,16 @@ contains
       character(len=*), intent(in) :: text, file_name
       type(input_t), intent(inout) :: input
       type(error_t), allocatable, intent(inout) :: error
+      type(normals_choice_t) :: normals
 
       input%file = file_name
       input%text = text
       call check_groups(namelist, group_names, error)
       call check_counts(namelist, error)
       if (.not. allocated(error)) call translate_job(namelist, input, error)
-      if (.not. allocated(error)) call translate_mesh(namelist, input, error)
+      if (.not. allocated(error)) call translate_mesh(namelist, input, normals, error)
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
-      if (.not. allocated(error)) call translate_supports(namelist, input, error)
+      if (.not. allocated(error)) call translate_supports(namelist, input, normals, error)
       if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
       if (.not. allocated(error)) call translate_output(namelist, input, error)
    end subroutine translate
@@ -131,15 +133,16 @@ contains
       end do
    end subroutine translate_job
 
-   subroutine translate_mesh(namelist, input, error)
+   subroutine translate_mesh(namelist, input, normals, error)
       type(namelist_t), intent(inout) :: namelist
       type(input_t), intent(inout) :: input
+      type(normals_choice_t), intent(out) :: normals
       type(error_t), allocatable, intent(inout) :: error
       integer :: i
 
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name == 'mesh') &
-            call read_mesh(namelist%groups(i), folder_of(input%file), input%structure%mesh, error)
+            call read_mesh(namelist%groups(i), folder_of(input%file), input%structure%mesh, normals, error)
       end do
       if (allocated(error)) return
       do i = 1, size(namelist%groups)
@@ -188,9 +191,10 @@ contains
       end associate
    end subroutine translate_sections
 
-   subroutine translate_supports(namelist, input, error)
+   subroutine translate_supports(namelist, input, normals, error)
       type(namelist_t), intent(inout) :: namelist
       type(input_t), intent(inout) :: input
+      type(normals_choice_t), intent(in) :: normals
       type(error_t), allocatable, intent(inout) :: error
       type(support_t), allocatable :: supports(:)
       integer, allocatable :: last(:), where_they_are(:)
@@ -208,6 +212,10 @@ contains
       end do
       call move_alloc(supports, input%structure%supports)
       call check_supports(namelist%groups(where_they_are), last, input%structure%mesh, input%structure%supports, input%file, error)
+      do i = 1, size(namelist%groups)
+         if (namelist%groups(i)%name == 'mesh' .and. .not. allocated(error)) &
+            call apply_normals(namelist%groups(i), folder_of(input%file), normals, input%structure, error)
+      end do
    end subroutine translate_supports
 
    subroutine translate_loads_and_steps(namelist, input, error)

@@ -1,14 +1,14 @@
 !> What the groups of an input file have in common: sets of the mesh by name, components by name, vectors, errors with their place.
 module finshell_input_common
    use finshell_kinds, only: wp
-   use finshell_error, only: error_t
+   use finshell_error, only: error_t, text_of
    use finshell_mesh, only: mesh_t, find_node_set, find_element_set, find_edge_set, node_set_names, element_set_names
    use finshell_mesh, only: edge_set_names
    use finshell_namelist, only: group_t, get, get_strings, complain_about
-   use finshell_text, only: nearest_name
+   use finshell_text, only: nearest_name, read_whole_file, is_blank, parse_real
    implicit none
    private
-   public :: get_set, get_sets, get_component, get_vector, place_error, check_name
+   public :: get_set, get_sets, get_component, get_vector, read_vector_file, place_error, check_name
    public :: kind_node, kind_element, kind_edge
 
    integer, parameter :: kind_node = 1, kind_element = 2, kind_edge = 3
@@ -154,4 +154,61 @@ contains
       if (name == '' .or. verify(name, allowed) > 0 .or. verify(name, '.') == 0) call complain_about(group, key, &
          "'"//name//"' is no name; a name is made of letters, digits, _ - and .", error)
    end subroutine check_name
+
+   !> A file of lines with the three numbers of one thing (an element, a node) or several, separated by blanks; # begins a comment.
+   !> Errors name key, file and line.
+   subroutine read_vector_file(group, key, file, thing, number, vectors, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: key, file, thing
+      integer, intent(in) :: number !< of things in the mesh
+      real(wp), allocatable, intent(out) :: vectors(:, :) !< (3, number)
+      type(error_t), allocatable, intent(inout) :: error
+      type(error_t), allocatable :: refusal
+      character(len=:), allocatable :: text
+      integer :: at, first, line, found
+      logical :: ok
+
+      allocate (vectors(3, number), source=0.0_wp)
+      call read_whole_file(file, text, refusal)
+      if (allocated(refusal)) then
+         call place_error(group, key, refusal)
+         call move_alloc(refusal, error)
+         return
+      end if
+      text = text//achar(10)
+      line = 1
+      found = 0
+      at = 1
+      do while (at <= len(text))
+         if (text(at:at) == '#') at = at + index(text(at:), achar(10)) - 1
+         if (text(at:at) == achar(10)) then
+            if (mod(found, 3) /= 0) then
+               call complain_about(group, key, file//':'//text_of(line)//': this line leaves '//thing//' ' &
+                  //text_of(found/3 + 1)//' with '//text_of(mod(found, 3))//' of its three numbers', error)
+               return
+            end if
+            line = line + 1
+         end if
+         if (text(at:at) == achar(10) .or. is_blank(text(at:at))) then
+            at = at + 1
+            cycle
+         end if
+         first = at
+         do while (.not. (text(at:at) == achar(10) .or. text(at:at) == '#' .or. is_blank(text(at:at))))
+            at = at + 1
+         end do
+         found = found + 1
+         if (found > 3*number) then
+            call complain_about(group, key, file//':'//text_of(line)//': there are more numbers than three for ' &
+               //'each of the '//text_of(number)//' '//thing//'s of the mesh', error)
+            return
+         end if
+         call parse_real(text(first:at - 1), vectors(mod(found - 1, 3) + 1, (found - 1)/3 + 1), ok)
+         if (ok) cycle
+         call complain_about(group, key, file//':'//text_of(line)//": '"//text(first:at - 1)//"' is no number", error)
+         return
+      end do
+      if (found < 3*number) call complain_about(group, key, file//' has '//text_of(found) &
+         //' numbers; expected three for each of the '//text_of(number)//' '//thing//'s of the mesh', error)
+   end subroutine read_vector_file
 end module finshell_input_common

@@ -4,8 +4,7 @@ module finshell_input_direction
    use finshell_error, only: error_t, text_of
    use finshell_structure, only: structure_t
    use finshell_namelist, only: group_t, get, has, complain_about
-   use finshell_input_common, only: get_vector, place_error
-   use finshell_text, only: read_whole_file, is_blank, parse_real
+   use finshell_input_common, only: get_vector, read_vector_file
    implicit none
    private
    public :: read_direction
@@ -42,7 +41,7 @@ contains
          field = 'file'
          key = 'direction_file'
          if (index(file, '/') /= 1) file = folder//file
-         call read_vectors(group, file, size(structure%element_section), given, error)
+         call read_vector_file(group, 'direction_file', file, 'element', size(structure%element_section), given, error)
          if (allocated(error)) return
       else if (has(group, 'direction_axis') .or. field /= '') then
          if (field == '') field = 'circumferential'
@@ -105,62 +104,6 @@ contains
          call complain_about(group, 'direction_origin', 'it belongs to direction_axis or direction_field, which are missing', error)
       end if
    end subroutine check_combination
-
-   !> A file of lines with the three numbers of one element or several, separated by blanks; # begins a comment.
-   subroutine read_vectors(group, file, elements, vectors, error)
-      type(group_t), intent(in) :: group
-      character(len=*), intent(in) :: file
-      integer, intent(in) :: elements
-      real(wp), allocatable, intent(out) :: vectors(:, :) !< (3, elements)
-      type(error_t), allocatable, intent(inout) :: error
-      type(error_t), allocatable :: refusal
-      character(len=:), allocatable :: text
-      integer :: at, first, line, found
-      logical :: ok
-
-      allocate (vectors(3, elements), source=0.0_wp)
-      call read_whole_file(file, text, refusal)
-      if (allocated(refusal)) then
-         call place_error(group, 'direction_file', refusal)
-         call move_alloc(refusal, error)
-         return
-      end if
-      text = text//achar(10)
-      line = 1
-      found = 0
-      at = 1
-      do while (at <= len(text))
-         if (text(at:at) == '#') at = at + index(text(at:), achar(10)) - 1
-         if (text(at:at) == achar(10)) then
-            if (mod(found, 3) /= 0) then
-               call complain_about(group, 'direction_file', file//':'//text_of(line)//': this line leaves element ' &
-                  //text_of(found/3 + 1)//' with '//text_of(mod(found, 3))//' of its three numbers', error)
-               return
-            end if
-            line = line + 1
-         end if
-         if (text(at:at) == achar(10) .or. is_blank(text(at:at))) then
-            at = at + 1
-            cycle
-         end if
-         first = at
-         do while (.not. (text(at:at) == achar(10) .or. text(at:at) == '#' .or. is_blank(text(at:at))))
-            at = at + 1
-         end do
-         found = found + 1
-         if (found > 3*elements) then
-            call complain_about(group, 'direction_file', file//':'//text_of(line)//': there are more numbers than three for ' &
-               //'each of the '//text_of(elements)//' elements of the mesh', error)
-            return
-         end if
-         call parse_real(text(first:at - 1), vectors(mod(found - 1, 3) + 1, (found - 1)/3 + 1), ok)
-         if (ok) cycle
-         call complain_about(group, 'direction_file', file//':'//text_of(line)//": '"//text(first:at - 1)//"' is no number", error)
-         return
-      end do
-      if (found < 3*elements) call complain_about(group, 'direction_file', file//' has '//text_of(found) &
-         //' numbers; expected three for each of the '//text_of(elements)//' elements of the mesh', error)
-   end subroutine read_vectors
 
    pure function cross(a, b) result(c)
       real(wp), intent(in) :: a(3), b(3)

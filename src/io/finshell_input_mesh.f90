@@ -13,6 +13,7 @@ module finshell_input_mesh
    use finshell_mesh_strip, only: strip_mesh
    use finshell_gmsh, only: read_gmsh
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
+   use finshell_input_normals, only: normals_choice_t, read_normals
    use finshell_input_common, only: get_sets, get_vector, place_error, kind_node, kind_element
    implicit none
    private
@@ -23,10 +24,11 @@ module finshell_input_mesh
 contains
 
    !> &mesh: a generator with its parameters, or a file. The mesh is checked.
-   subroutine read_mesh(group, folder, mesh, error)
+   subroutine read_mesh(group, folder, mesh, normals, error)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: folder !< where relative file names begin: '' or with / at the end
       type(mesh_t), intent(out) :: mesh
+      type(normals_choice_t), intent(out) :: normals !< for apply_normals
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: generator, file
       real(wp) :: scale
@@ -39,6 +41,7 @@ contains
       end if
       call get(group, 'scale', scale, error, default=1.0_wp, above=0.0_wp)
       call get(group, 'flip', flip, error, default=.false.)
+      call read_normals(group, normals, error)
       if (has(group, 'file')) then
          call get(group, 'file', file, error)
          call read_file(group, folder, file, mesh, error)
@@ -81,8 +84,10 @@ contains
       type(mesh_t), intent(out) :: mesh
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: diagonal
+      real(wp) :: distortion
       type(error_t), allocatable :: refusal
 
+      call get(group, 'distortion', distortion, error, default=0.0_wp, minimum=0.0_wp)
       if (generator /= 'disk') call get(group, 'diagonal', diagonal, error, default='alternating', choices=diagonal_names)
       select case (generator)
       case ('disk'); call generate_disk()
@@ -111,17 +116,16 @@ contains
          call get(group, 'grading', grading, error, default=1.0_wp, above=0.0_wp)
          call get(group, 'diagonal', diagonal, error, default='alternating', choices='forward, backward, alternating')
          call check_all_used(group, error)
-         if (.not. allocated(error)) call disk_mesh(mesh, radius, rings, refusal, portion, sectors, core, grading, diagonal)
+         if (.not. allocated(error)) call disk_mesh(mesh, radius, rings, refusal, portion, sectors, core, grading, diagonal, &
+                                                   distortion)
       end subroutine generate_disk
 
       subroutine generate_quadrilateral()
          real(wp), allocatable :: lengths(:), corners(:)
          integer, allocatable :: divisions(:)
-         real(wp) :: distortion
          if (generator == 'rectangle') call get(group, 'lengths', lengths, error, required=.true., number=2, above=0.0_wp)
          if (generator == 'quadrilateral') call get(group, 'corners', corners, error, required=.true., number=12)
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
-         call get(group, 'distortion', distortion, error, default=0.0_wp, minimum=0.0_wp)
          call check_all_used(group, error)
          if (allocated(error)) return
          if (generator == 'rectangle') then
@@ -140,7 +144,8 @@ contains
          call get(group, 'angles', angles, error, required=.true., number=2)
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call check_all_used(group, error)
-         if (.not. allocated(error)) call cylinder_mesh(mesh, radius, length, angles, divisions, refusal, diagonal)
+         if (.not. allocated(error)) call cylinder_mesh(mesh, radius, length, angles, divisions, refusal, diagonal, &
+                                                       distortion)
       end subroutine generate_cylinder
 
       subroutine generate_sphere()
@@ -152,7 +157,8 @@ contains
          call get(group, 'azimuths', azimuths, error, required=.true., number=2)
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call check_all_used(group, error)
-         if (.not. allocated(error)) call sphere_mesh(mesh, radius, colatitudes, azimuths, divisions, refusal, diagonal)
+         if (.not. allocated(error)) call sphere_mesh(mesh, radius, colatitudes, azimuths, divisions, refusal, diagonal, &
+                                                     distortion)
       end subroutine generate_sphere
 
       subroutine generate_annulus()
@@ -164,7 +170,7 @@ contains
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call get(group, 'slit', slit, error, default=.true.)
          call check_all_used(group, error)
-         if (.not. allocated(error)) call annulus_mesh(mesh, radii, angles, divisions, refusal, diagonal, slit)
+         if (.not. allocated(error)) call annulus_mesh(mesh, radii, angles, divisions, refusal, diagonal, slit, distortion)
       end subroutine generate_annulus
 
       subroutine generate_strip()
@@ -175,7 +181,7 @@ contains
          call get(group, 'twist', twist, error, default=0.0_wp)
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call check_all_used(group, error)
-         if (.not. allocated(error)) call strip_mesh(mesh, length, width, twist, divisions, refusal, diagonal)
+         if (.not. allocated(error)) call strip_mesh(mesh, length, width, twist, divisions, refusal, diagonal, distortion)
       end subroutine generate_strip
    end subroutine generate
 

@@ -31,6 +31,8 @@ module finshell_mesh
       type(set_t), allocatable :: node_sets(:)
       type(set_t), allocatable :: element_sets(:)
       type(edge_set_t), allocatable :: edge_sets(:)
+      !> (3, nodes) normals of the surface, of any length, where the generator knows it to be curved; unallocated: not known.
+      real(wp), allocatable :: normal(:, :)
       !> Two nodes may share a position (the lips of a slit); otherwise check_mesh refuses them.
       logical :: coincident_nodes_allowed = .false.
       !> What the file calls nodes and elements, for messages; not allocated for generated meshes.

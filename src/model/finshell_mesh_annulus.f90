@@ -19,7 +19,7 @@ contains
    !> the same places. Sets: edge_inner, edge_outer; unless closed edge_a0, edge_a1 (radial edges at the first and last angle),
    !> corner_a0_inner, corner_a1_inner, corner_a0_outer, corner_a1_outer; where the number of divisions is even mid_a0, mid_a1,
    !> mid_inner, mid_outer (middle of that edge), centre.
-   subroutine annulus_mesh(mesh, radii, angles, divisions, error, diagonal, slit)
+   subroutine annulus_mesh(mesh, radii, angles, divisions, error, diagonal, slit, distortion)
       type(mesh_t), intent(out) :: mesh
       real(wp), intent(in) :: radii(2) !< 0 < inner < outer
       real(wp), intent(in) :: angles(2) !< first and last, in degrees
@@ -27,6 +27,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: diagonal !< default 'alternating'
       logical, intent(in), optional :: slit !< default .true.
+      real(wp), intent(in), optional :: distortion !< interior nodes are moved by up to this fraction of a cell; default 0
       type(grid_t) :: grid
       character(len=:), allocatable :: chosen_diagonal
       real(wp), allocatable :: x(:, :)
@@ -47,7 +48,7 @@ contains
       end if
       closed = .false.
       if (present(slit)) closed = span >= 360.0_wp .and. .not. slit
-      call new_grid(grid, divisions, chosen_diagonal, error, closed=closed)
+      call new_grid(grid, divisions, chosen_diagonal, error, closed=closed, distortion=distortion)
       if (allocated(error)) return
       allocate (x(3, size(grid%parameters, 2)))
       do i = 1, size(x, 2)

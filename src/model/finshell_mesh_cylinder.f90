@@ -19,7 +19,7 @@ contains
    !> Sets: edge_y0, edge_y1 (the curved edges); unless closed edge_a0, edge_a1 (straight edges at the first and second angle),
    !> corner_a0_y0, corner_a1_y0, corner_a0_y1, corner_a1_y1; where the number of divisions is even mid_a0, mid_a1, mid_y0,
    !> mid_y1 (middle of that edge), centre.
-   subroutine cylinder_mesh(mesh, radius, length, angles, divisions, error, diagonal)
+   subroutine cylinder_mesh(mesh, radius, length, angles, divisions, error, diagonal, distortion)
       type(mesh_t), intent(out) :: mesh
       real(wp), intent(in) :: radius
       real(wp), intent(in) :: length
@@ -27,6 +27,7 @@ contains
       integer, intent(in) :: divisions(2) !< cells around and along
       type(error_t), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: diagonal !< default 'alternating'
+      real(wp), intent(in), optional :: distortion !< interior nodes are moved by up to this fraction of a cell; default 0
       type(grid_t) :: grid
       character(len=:), allocatable :: chosen_diagonal
       real(wp), allocatable :: x(:, :)
@@ -44,7 +45,7 @@ contains
             //' must ascend and span at most 360 degrees')
          return
       end if
-      call new_grid(grid, divisions, chosen_diagonal, error, closed=span >= 360.0_wp)
+      call new_grid(grid, divisions, chosen_diagonal, error, closed=span >= 360.0_wp, distortion=distortion)
       if (allocated(error)) return
       allocate (x(3, size(grid%parameters, 2)))
       do i = 1, size(x, 2)
@@ -53,6 +54,8 @@ contains
       end do
       call snap_to_planes(x)
       call new_mesh(mesh, x, grid%triangles)
+      mesh%normal = x
+      mesh%normal(2, :) = 0
       call add_grid_sets(mesh, grid, [character(len=2) :: 'a0', 'a1', 'y0', 'y1'])
    end subroutine cylinder_mesh
 end module finshell_mesh_cylinder

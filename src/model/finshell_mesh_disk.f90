@@ -4,7 +4,7 @@
 !> of slender triangles at the centre; outside of the core it stays the same. The longer the rim edges compared with the width of
 !> the rings, the better a disk bears being stretched radially to a multiple of its size.
 module finshell_mesh_disk
-   use finshell_kinds, only: wp, dp
+   use finshell_kinds, only: wp, dp, i8
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_input_error
    use finshell_mesh, only: mesh_t, new_mesh, add_node_set, add_edge_set
@@ -23,7 +23,7 @@ contains
    !> the straight edges edge_y0 (y = 0; half, quarter, eighth), edge_x0 (x = 0; quarter), edge_diagonal (x = y; eighth); the ends
    !> of the straight edges on the rim are rim_x (on +x, always), rim_y (on +y; not the eighth, nor where the mesh has no node
    !> there), rim_diagonal (eighth).
-   subroutine disk_mesh(mesh, radius, rings, error, portion, sectors, core, grading, diagonal)
+   subroutine disk_mesh(mesh, radius, rings, error, portion, sectors, core, grading, diagonal, distortion)
       type(mesh_t), intent(out) :: mesh
       real(wp), intent(in) :: radius
       integer, intent(in) :: rings !< elements from the centre to the rim
@@ -37,10 +37,13 @@ contains
       !> Of the cells outside of the core: 'forward' joins the inner node to the outer one at the larger angle, 'backward' the other
       !> two, 'alternating' (default) changes from cell to cell.
       character(len=*), intent(in), optional :: diagonal
+      !> Nodes inside are moved by up to this fraction of the width of a ring and of an edge around, the same way every time.
+      real(wp), intent(in), optional :: distortion
       character(len=:), allocatable :: chosen_portion, cut
       real(wp), allocatable :: x(:, :)
       integer, allocatable :: t(:, :)
       real(wp) :: ratio, r, a
+      integer(i8) :: seed
       integer, allocatable :: segments(:), before(:)
       integer :: parts, around, grows, m, k, j, s, elements
       logical :: closed
@@ -93,10 +96,17 @@ contains
       end do
       allocate (x(3, before(rings) + segments(rings) + merge(0, 1, closed)), t(3, m*grows*(2*rings - grows)))
       x(:, 1) = 0.0_wp
+      seed = 20260701_i8
       do k = 1, rings
-         r = radius*ring_position(k, rings, ratio)
          do j = 0, merge(segments(k) - 1, segments(k), closed)
+            r = radius*ring_position(k, rings, ratio)
             a = 2.0_wp*pi/parts*real(j, wp)/segments(k)
+            if (present(distortion)) then
+               if (k < rings .and. (closed .or. (j > 0 .and. j < segments(k)))) then
+                  r = r + distortion*random()*radius*(ring_position(k + 1, rings, ratio) - ring_position(k, rings, ratio))
+                  a = a + distortion*random()*2.0_wp*pi/(parts*segments(k))
+               end if
+            end if
             x(:, ring_node(k, j)) = [r*cos(a), r*sin(a), 0.0_wp]
          end do
       end do
@@ -131,6 +141,12 @@ contains
          elements = elements + 1
          t(:, elements) = [p, q, r]
       end subroutine append
+
+      !> Next number in [-1, 1] of the minimal standard generator: the same everywhere.
+      real(wp) function random()
+         seed = mod(16807_i8*seed, 2147483647_i8)
+         random = 2.0_wp*real(seed, wp)/2147483647.0_wp - 1.0_wp
+      end function random
 
       !> Node j (from 0) of ring k; ring 0 is the centre.
       pure integer function ring_node(k, j)

@@ -68,7 +68,24 @@ contains
       end do
       call new_mesh(mesh, x, grid%triangles)
       call add_grid_sets(mesh, grid, sides)
+      if (.not. warped(corners)) return
+      allocate (mesh%normal, source=x)
+      do i = 1, size(x, 2)
+         associate (s => grid%parameters(1, i), t => grid%parameters(2, i))
+            mesh%normal(:, i) = cross((1 - t)*(corners(:, 2) - corners(:, 1)) + t*(corners(:, 3) - corners(:, 4)), &
+                                      (1 - s)*(corners(:, 4) - corners(:, 1)) + s*(corners(:, 3) - corners(:, 2)))
+         end associate
+      end do
    end subroutine quadrilateral_mesh
+
+   !> Are the corners not in one plane?
+   pure logical function warped(corners)
+      real(wp), intent(in) :: corners(3, 4)
+      real(wp) :: normal(3), size_of_it
+      normal = cross(corners(:, 3) - corners(:, 1), corners(:, 4) - corners(:, 2))
+      size_of_it = max(norm2(corners(:, 3) - corners(:, 1)), norm2(corners(:, 4) - corners(:, 2)))
+      warped = abs(dot_product(normal, corners(:, 2) - corners(:, 1))) > 1.0e-12_wp*norm2(normal)*size_of_it
+   end function warped
 
    subroutine check_convex(corners, error)
       real(wp), intent(in) :: corners(3, 4)

@@ -19,7 +19,7 @@ contains
    !> Sets: edge_top (first colatitude), edge_bottom (last), or pole_top, pole_bottom; unless closed edge_a0, edge_a1 (meridians
    !> at the first and second azimuth), corner_a0_top, corner_a1_top, corner_a0_bottom, corner_a1_bottom; where the number of
    !> divisions is even mid_a0, mid_a1, mid_top, mid_bottom (middle of that edge), centre.
-   subroutine sphere_mesh(mesh, radius, colatitudes, azimuths, divisions, error, diagonal)
+   subroutine sphere_mesh(mesh, radius, colatitudes, azimuths, divisions, error, diagonal, distortion)
       type(mesh_t), intent(out) :: mesh
       real(wp), intent(in) :: radius
       real(wp), intent(in) :: colatitudes(2) !< 0 <= first < last <= 180
@@ -27,6 +27,7 @@ contains
       integer, intent(in) :: divisions(2) !< cells along the azimuth and along the colatitude
       type(error_t), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: diagonal !< default 'alternating'
+      real(wp), intent(in), optional :: distortion !< interior nodes are moved by up to this fraction of a cell; default 0
       type(grid_t) :: grid
       character(len=:), allocatable :: chosen_diagonal
       real(wp), allocatable :: x(:, :)
@@ -50,7 +51,7 @@ contains
       end if
       ! t runs upwards, from the last colatitude to the first, so that the normal points outward.
       call new_grid(grid, divisions, chosen_diagonal, error, closed=span >= 360.0_wp, &
-         pole=[colatitudes(2) >= 180.0_wp, colatitudes(1) <= 0.0_wp])
+         pole=[colatitudes(2) >= 180.0_wp, colatitudes(1) <= 0.0_wp], distortion=distortion)
       if (allocated(error)) return
       allocate (x(3, size(grid%parameters, 2)))
       do i = 1, size(x, 2)
@@ -60,6 +61,7 @@ contains
       end do
       call snap_to_planes(x)
       call new_mesh(mesh, x, grid%triangles)
+      mesh%normal = x
       call add_grid_sets(mesh, grid, [character(len=6) :: 'a0', 'a1', 'bottom', 'top'])
    end subroutine sphere_mesh
 end module finshell_mesh_sphere

@@ -19,7 +19,7 @@ contains
    !> Sets: edge_x0, edge_x1 (the ends), edge_w0, edge_w1 (the long edges at -width/2, +width/2); corner_x0_w0, corner_x1_w0,
    !> corner_x0_w1, corner_x1_w1; where the number of divisions is even mid_x0, mid_x1, mid_w0, mid_w1 (middle of that edge),
    !> centre.
-   subroutine strip_mesh(mesh, length, width, twist, divisions, error, diagonal)
+   subroutine strip_mesh(mesh, length, width, twist, divisions, error, diagonal, distortion)
       type(mesh_t), intent(out) :: mesh
       real(wp), intent(in) :: length
       real(wp), intent(in) :: width
@@ -27,10 +27,11 @@ contains
       integer, intent(in) :: divisions(2) !< cells along and across
       type(error_t), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: diagonal !< default 'alternating'
+      real(wp), intent(in), optional :: distortion !< interior nodes are moved by up to this fraction of a cell; default 0
       type(grid_t) :: grid
       character(len=:), allocatable :: chosen_diagonal
       real(wp), allocatable :: x(:, :)
-      real(wp) :: a, w
+      real(wp) :: a, rate, w
       integer :: i
 
       chosen_diagonal = 'alternating'
@@ -42,7 +43,7 @@ contains
          call raise(error, status_input_error, 'twist must be a finite number of degrees')
          return
       end if
-      call new_grid(grid, divisions, chosen_diagonal, error)
+      call new_grid(grid, divisions, chosen_diagonal, error, distortion=distortion)
       if (allocated(error)) return
       allocate (x(3, size(grid%parameters, 2)))
       do i = 1, size(x, 2)
@@ -53,5 +54,13 @@ contains
       call snap_to_planes(x)
       call new_mesh(mesh, x, grid%triangles)
       call add_grid_sets(mesh, grid, [character(len=2) :: 'x0', 'x1', 'w0', 'w1'])
+      if (.not. abs(twist) > 0) return
+      ! d/dx x d/dw of (x, w cos a, w sin a), a = rate x
+      rate = twist*degree/length
+      allocate (mesh%normal, source=x)
+      do i = 1, size(x, 2)
+         a = twist*degree*grid%parameters(1, i)
+         mesh%normal(:, i) = [-rate*width*(grid%parameters(2, i) - 0.5_wp), -sin(a), cos(a)]
+      end do
    end subroutine strip_mesh
 end module finshell_mesh_strip

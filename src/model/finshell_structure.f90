@@ -16,6 +16,8 @@ module finshell_structure
       integer, allocatable :: element_section(:) !< (elements) index into sections
       !> (3, elements) material direction 1, projected on each element; unallocated: global x.
       real(wp), allocatable :: direction(:, :)
+      !> (3, 3, elements) normals of the curved surface at the nodes of each element; unallocated: flat facets.
+      real(wp), allocatable :: normal(:, :, :)
       type(support_t), allocatable :: supports(:)
       type(load_t), allocatable :: loads(:)
    end type structure_t

@@ -98,7 +98,7 @@ contains
 
    !> Evaluate all elements and add them up. Without `values` only forces are evaluated, which is cheaper.
    subroutine assemble(self, sections, coordinates, u, q, internal_force, status, bad_element, values, energy, material_axes, &
-                       threads, resultants)
+                       threads, resultants, normals)
       type(assembly_t), intent(in) :: self
       type(section_t), intent(in) :: sections(:)
       real(wp), intent(in) :: coordinates(:, :) !< (3, nodes) reference positions
@@ -113,8 +113,9 @@ contains
       integer, optional, intent(in) :: threads !< default: `paying_threads`
       !> (n_resultants, slots) from `predict_stress`: for the geometric part of the tangent; unallocated counts as absent.
       real(wp), optional, intent(in) :: resultants(:, :)
+      real(wp), optional, intent(in) :: normals(:, :, :) !< (3, 3, elements) of a curved reference at the nodes of each element
       real(wp), allocatable :: patch_energy(:)
-      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :), stress(:, :)
+      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :), stress(:, :), m(:, :, :)
       integer(i4), allocatable :: element_status(:)
       integer :: p, c, i, j, s, n, most, team
 
@@ -126,12 +127,13 @@ contains
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
 
-      !$omp parallel num_threads(team) default(shared) private(x, v, r, f, k, w, axes, stress, element_status, p, c, i, j, s, n)
+      !$omp parallel num_threads(team) default(shared) private(x, v, r, f, k, w, axes, stress, m, element_status, p, c, i, j, s, n)
       allocate (x(3, 3, most), v(3, 3, most), r(4, 3, most), f(18, most), element_status(most))
       ! What is not asked for stays unallocated, and so counts as absent in the call below.
       if (present(values)) allocate (k(18, 18, most))
       if (present(energy)) allocate (w(most))
       if (present(material_axes)) allocate (axes(3, most))
+      if (present(normals)) allocate (m(3, 3, most))
       if (present(resultants) .and. present(values)) allocate (stress(n_resultants, most))
       if (present(values)) then
          !$omp do schedule(static)
@@ -157,10 +159,12 @@ contains
                   r(:, j, i) = q(:, self%corner(j, s + i))
                end do
                if (allocated(axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
+               if (allocated(m)) m(:, :, i) = normals(:, :, self%patches%element(s + i))
                if (allocated(stress)) stress(:, i) = resultants(:, s + i)
             end do
             call evaluate_elements(sections(self%patches%group(p)), n, x, v, r(:, :, :n), rotation_quaternion, element_status, &
-                                   energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress)
+                                   energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress, &
+                                   normal=m)
             if (any(element_status(:n) /= status_ok)) then
                !$omp critical (finshell_bad_element)
                do i = 1, n
@@ -192,7 +196,7 @@ contains
    end subroutine assemble
 
    !> Resultants of all elements, linearised at this state for nodal displacements and spins (mixed-integration-point Newton).
-   subroutine predict_stress(self, sections, coordinates, u, q, increment, resultants, material_axes, threads)
+   subroutine predict_stress(self, sections, coordinates, u, q, increment, resultants, material_axes, threads, normals)
       type(assembly_t), intent(in) :: self
       type(section_t), intent(in) :: sections(:)
       real(wp), intent(in) :: coordinates(:, :), u(:, :), q(:, :) !< as for `assemble`
@@ -200,17 +204,20 @@ contains
       real(wp), intent(out) :: resultants(:, :) !< (n_resultants, slots): in the order of the assembly
       real(wp), optional, intent(in) :: material_axes(:, :)
       integer, optional, intent(in) :: threads !< default: `paying_threads`
-      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :)
+      real(wp), optional, intent(in) :: normals(:, :, :) !< as for `assemble`
+      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :), m(:, :, :)
       integer(i4), allocatable :: element_status(:)
       integer :: i, j, n, p, s, team
 
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
-      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, element_status, i, j, n, s)
+      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, m, element_status, i, j, n, s)
       do p = 1, size(self%patches%group)
          s = self%patches%first(p) - 1
          n = self%patches%first(p + 1) - self%patches%first(p)
          allocate (x(3, 3, n), v(3, 3, n), r(4, 3, n), d(18, n), axes(3, n), element_status(n))
+         ! unallocated: absent in the call below
+         if (present(normals)) allocate (m(3, 3, n))
          do i = 1, n
             do j = 1, 3
                x(:, j, i) = coordinates(:, self%corner(j, s + i))
@@ -220,9 +227,12 @@ contains
             end do
             axes(:, i) = [1, 0, 0]
             if (present(material_axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
+            if (present(normals)) m(:, :, i) = normals(:, :, self%patches%element(s + i))
          end do
-         call predict_resultants(sections(self%patches%group(p)), n, x, v, r, d, resultants(:, s + 1:s + n), element_status, axes)
+         call predict_resultants(sections(self%patches%group(p)), n, x, v, r, d, resultants(:, s + 1:s + n), element_status, axes, &
+                                 m)
          deallocate (x, v, r, d, axes, element_status)
+         if (allocated(m)) deallocate (m)
       end do
       !$omp end parallel do
    end subroutine predict_stress

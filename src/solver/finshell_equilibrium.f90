@@ -140,11 +140,12 @@ contains
          if (tangent) then
             self%assemblies = self%assemblies + 1
             call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               self%internal_force, status, bad_element, self%values, material_axes=s%direction, resultants=self%stress)
+               self%internal_force, status, bad_element, self%values, material_axes=s%direction, resultants=self%stress, &
+               normals=s%normal)
          else
             self%force_evaluations = self%force_evaluations + 1
             call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               self%internal_force, status, bad_element, material_axes=s%direction)
+               self%internal_force, status, bad_element, material_axes=s%direction, normals=s%normal)
          end if
       end associate
       if (status /= status_ok) then
@@ -262,7 +263,8 @@ contains
          if (.not. allocated(self%stress)) allocate (self%stress(n_resultants, self%assembly%elements))
          associate (s => self%structure)
             call predict_stress(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               merge(0.0_wp, nodal, self%extrapolating), self%stress, s%direction)
+               merge(0.0_wp, nodal, self%extrapolating), self%stress, s%direction, &
+               normals=s%normal)
          end associate
       end if
       do i = 1, size(nodal, 2)

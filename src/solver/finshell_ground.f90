@@ -74,6 +74,6 @@ contains
       allocate (u(3, nodes), q(4, nodes), force(6, nodes), source=0.0_wp)
       q(1, :) = 1
       call assemble(assembly, sections, structure%mesh%coordinates, u, q, force, status, element, values, &
-         material_axes=structure%direction)
+         material_axes=structure%direction, normals=structure%normal)
    end subroutine ground_stiffness
 end module finshell_ground

@@ -146,9 +146,12 @@ contains
       real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
       real(wp), intent(inout) :: force(:, :) !< (6, nodes)
       real(wp) :: x(3, 3, lanes), u(3, 3, lanes), q(4, 3, lanes), f(18, lanes), k(18, 18, lanes), direction(3, lanes), change(18)
+      real(wp), allocatable :: normal(:, :, :)
       integer(i4) :: status(lanes)
       integer :: e, first, i, j, n, node, section
 
+      ! unallocated: absent in the call below
+      if (allocated(structure%normal)) allocate (normal(3, 3, lanes))
       first = 1
       do while (first <= size(elements))
          section = structure%element_section(elements(first))
@@ -165,9 +168,10 @@ contains
             end do
             direction(:, n) = [1, 0, 0]
             if (allocated(structure%direction)) direction(:, n) = structure%direction(:, e)
+            if (allocated(structure%normal)) normal(:, :, n) = structure%normal(:, :, e)
          end do
          call evaluate_elements(structure%sections(section), n, x, u, q(:, :, :n), rotation_quaternion, status, force=f, &
-                                tangent=k, direction=direction, threads=1)
+                                tangent=k, direction=direction, threads=1, normal=normal)
          do i = 1, n
             associate (nodes => structure%mesh%triangles(:, elements(first + i - 1)))
                change = matmul(k(:, :, i), reshape(motion(:, nodes), [18]))
