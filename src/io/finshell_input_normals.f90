@@ -63,7 +63,8 @@ contains
       if (choice%file /= '') then
          file = choice%file
          if (index(file, '/') /= 1) file = folder//file
-         call read_vector_file(group, 'normal_file', file, 'node', size(structure%mesh%coordinates, 2), structure%mesh%normal, error)
+         call read_vector_file(group, 'normal_file', file, 'node', size(structure%mesh%coordinates, 2), structure%mesh%normal, &
+                               error)
          if (.not. allocated(error)) call exact_normals(structure%mesh, structure%normal)
          return
       end if
