@@ -231,6 +231,8 @@ contains
          ' cuts, ', seconds, ' s of CPU time'
       if (reporter%critical_points > 0) write (output_unit, '(i0,a)') reporter%critical_points, &
          ' limit or bifurcation points were passed (column critical_point of the history).'
+      if (reporter%descents > 0) write (output_unit, '(i0,a)') reporter%descents, &
+         ' increments were found by a descent to a stable state, where Newton''s iteration failed; others may exist.'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
       write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &

@@ -35,6 +35,7 @@ module finshell_reporter
       logical :: quiet = .false.
       integer :: last_written = -1
       integer :: unstable = 0 !< increments with negative pivots
+      integer :: descents = 0 !< increments found by a descent
       integer :: linear = 0 !< linear solutions and modes
       integer :: critical_points = 0 !< limit and bifurcation points
       type(record_t) :: last
@@ -152,6 +153,11 @@ contains
       if (.not. self%quiet) call show(self, record, row%monitors)
       if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
          'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
+      if (record%descended) then
+         self%descents = self%descents + 1
+         if (.not. self%quiet) write (output_unit, '(5x,a)') &
+            'Newton''s iteration failed; a descent in energy found this stable state (not along a path; others may exist)'
+      end if
       if (record%control == control_linear .or. record%control == control_buckling) self%linear = self%linear + 1
       if (record%event /= no_event) then
          self%critical_points = self%critical_points + 1

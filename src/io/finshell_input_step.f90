@@ -117,6 +117,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
 
       call get(group, 'switch_control', step%switch_control, error, default=step%switch_control)
+      call get(group, 'descent', step%descent, error, default=step%descent)
       call get(group, 'cautious', step%cautious, error, default=step%cautious)
       call get(group, 'patience', step%patience, error, default=step%patience, minimum=0)
       call get(group, 'locate', step%locate, error, default=step%locate)

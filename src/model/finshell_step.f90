@@ -60,6 +60,7 @@ module finshell_step
       real(wp) :: near = 0 !< buckling: modes nearest to this load factor; 0: the lowest above the present one
       !> Displacement and volume control: arc-length stands in where the prescribed quantity turns round.
       logical :: switch_control = .true.
+      logical :: descent = .true. !< load control: where Newton's method fails, look for a stable state near by going down in energy
       logical :: cautious = .false. !< refuse increments that bend sharply, jump in pivots or miss their prediction by far
       integer :: patience = 200 !< increments without coming nearer to the target than before; 0: no limit
       logical :: locate = .false. !< locate limit and bifurcation points

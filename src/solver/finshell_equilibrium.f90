@@ -46,6 +46,7 @@ module finshell_equilibrium
       integer, allocatable :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
       real(wp), allocatable, private :: ground(:) !< values of the stand-in of a soft structure, once it was needed
       integer, allocatable, private :: moved_elements(:) !< elements at moved nodes
+      integer, allocatable, private :: diagonal(:) !< (n) where it stands among the values
    contains
       procedure :: evaluate
       procedure :: factorise
@@ -95,6 +96,8 @@ contains
       self%size = mesh_size(structure%mesh)
       self%soft = is_soft(structure%sections)
       self%detail = mean_side(structure%mesh)
+      self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
+      self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, 2)) > 0)
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
@@ -127,6 +130,31 @@ contains
       end do
       length = length/(3*size(mesh%triangles, 2))
    end function mean_side
+
+   !> A mass of one per area, a third of an element at each node, with the radius of gyration of an element.
+   function lumped_weight(mesh, equations, detail) result(weight)
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      real(wp), intent(in) :: detail
+      real(wp), allocatable :: weight(:)
+      real(wp) :: area, a(3), b(3)
+      integer :: e, i, k
+      allocate (weight(equations%n), source=0.0_wp)
+      do e = 1, size(mesh%triangles, 2)
+         associate (nodes => mesh%triangles(:, e))
+            a = mesh%coordinates(:, nodes(2)) - mesh%coordinates(:, nodes(1))
+            b = mesh%coordinates(:, nodes(3)) - mesh%coordinates(:, nodes(1))
+            area = 0.5_wp*norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)])
+            do i = 1, 3
+               do k = 1, 6
+                  associate (at => equations%number(k, nodes(i)))
+                     if (at > 0) weight(at) = weight(at) + area/3*merge(1.0_wp, detail**2, k <= 3)
+                  end associate
+               end do
+            end do
+         end associate
+      end do
+   end function lumped_weight
 
    !> Forces, and with `tangent` the matrix. The one place where the elements are called.
    subroutine evaluate(self, tangent, error)
@@ -227,7 +255,14 @@ contains
    subroutine factorise(self, error)
       class(equilibrium_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
-      call self%solver%factorise(self%values, error)
+      real(wp), allocatable :: damped(:)
+      if (self%damping > 0) then
+         damped = self%values
+         damped(self%diagonal) = damped(self%diagonal) + self%damping*self%weight
+         call self%solver%factorise(damped, error)
+      else
+         call self%solver%factorise(self%values, error)
+      end if
       self%negative_pivots = self%solver%negative_pivots
       self%determinant_sign = self%solver%determinant_sign
       if (.not. allocated(error)) return

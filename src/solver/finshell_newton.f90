@@ -25,8 +25,9 @@ module finshell_newton
       integer :: first_pivots = -1 !< negative pivots of the first tangent
       integer :: first_determinant = 0
       real(wp) :: first_change = 0 !< of the load factor, in the first correction
+      real(wp) :: first_rotation = 0 !< largest of the first correction, before it was shortened
       real(wp), allocatable :: x_t(:) !< change of the unknowns per load factor, last iteration; unallocated in load control
-      integer :: regularised = 0 !< iterations with a stand-in stiffness
+      integer :: regularised = 0 !< iterations with a stand-in stiffness or, in a descent, with inertia
       integer(i4) :: code = status_ok
       character(len=:), allocatable :: reason !< why it did not converge
    end type newton_result_t
@@ -47,7 +48,7 @@ contains
       type(newton_result_t), intent(out) :: result
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:)
-      real(wp) :: change, scale, earlier(2)
+      real(wp) :: change, scale, angle, earlier(2)
       logical :: complete, likely, guess
 
       allocate (x(problem%n), increment(problem%n))
@@ -77,7 +78,10 @@ contains
             problem%regularisation = fade*problem%regularisation
             if (problem%regularisation < least_regularisation) problem%regularisation = 0
          end if
-         scale = rotation_scale(problem, x, change, settings%rotation_limit)
+         angle = problem%largest_rotation(x, change)
+         if (result%iterations == 1) result%first_rotation = angle
+         scale = 1
+         if (settings%rotation_limit > 0 .and. angle > settings%rotation_limit) scale = settings%rotation_limit/angle
          if (scale < 1) complete = .false.
          call problem%keep_iterate()
          call apply(problem, settings, x, change, scale, complete, guess, increment, likely, result)
@@ -227,18 +231,6 @@ contains
          complete = .false.
       end do
    end subroutine apply
-
-   !> Factor that keeps the rotation of every node within the limit.
-   function rotation_scale(problem, x, change, limit) result(scale)
-      class(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: x(:), change, limit
-      real(wp) :: scale
-      real(wp) :: angle
-      scale = 1
-      if (limit <= 0) return
-      angle = problem%largest_rotation(x, change)
-      if (angle > limit) scale = limit/angle
-   end function rotation_scale
 
    function monitored_or_zero(problem) result(value)
       class(problem_t), intent(in) :: problem

@@ -77,6 +77,8 @@ contains
       self%substitute = .false.
       self%bifurcations = 0
       call self%progress%begin(problem%state)
+      self%rough = .false.
+      self%hampered = .false.
       if (allocated(self%branch)) deallocate (self%branch)
       if (continues(self%history, step, targets, problem%state%load_factor)) then
          self%history%monitored = 0
@@ -119,6 +121,7 @@ contains
       ramp%name = 'constant loads'
       ramp%first_increment = 1
       ramp%growth = step%growth
+      ramp%descent = step%descent
       ramp%wanted_iterations = step%wanted_iterations
       problem%constant_phase = .true.
       call new_targets(targets, ramp, problem%state%constant_factor, 0.0_wp, error)
@@ -160,6 +163,7 @@ contains
          no_landing = .false.
          if (allocated(self%refused)) deallocate (self%refused)
          attempt = self%plan(problem, step, targets, no_landing)
+         if (self%rough) attempt%descends = self%may_descend(problem, step, result, cuts, attempt)
          do
             call self%try(problem, step, targets, attempt, result)
             record%iterations = record%iterations + result%iterations
@@ -175,6 +179,10 @@ contains
                result%converged = .false.
                result%code = status_not_converged
                result%reason = complaint
+            else if (self%may_descend(problem, step, result, cuts, attempt)) then
+               call problem%restore()
+               attempt%descends = .true.
+               cycle
             end if
             call problem%restore()
             cuts = cuts + 1
@@ -299,6 +307,10 @@ contains
          self%load_weight = (step%load_scale*arc_norm(x, problem%field, 0.0_wp, 0.0_wp)/change)**2
       length = arc_norm(x, problem%field, change, self%load_weight)
       call self%history%remember(x, change, moved, length)
+      self%rough = attempt%descends .and. result%regularised > 0
+      self%hampered = record%cuts > 0
+      ! What a descent has found is not the way the path goes.
+      if (self%rough .and. step%control == control_load) call self%history%forget()
 
       problem%state%increment = problem%state%increment + 1
       call problem%accept()
@@ -317,7 +329,8 @@ contains
       self%last = record
       self%last%increment = problem%state%increment
       self%last%control = attempt%control
-      self%last%regularised = result%regularised
+      self%last%descended = self%rough
+      if (.not. self%rough) self%last%regularised = result%regularised
       self%last%load_factor = problem%state%load_factor
       self%last%monitored = monitored(problem, problem%state)
       self%last%size = attempt%size
@@ -349,6 +362,9 @@ contains
       else if (step%control == control_arc_length .and. first) then
          if (abs(change) > 0) self%length_per_factor = length/abs(change)
          self%size = next_size(length, result%iterations, cuts, step)
+      else if (self%rough) then
+         ! How hard a descent was says nothing about the next increment.
+         self%size = max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0))
       else if (.not. attempt%landing) then
          self%size = next_size(max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0)), result%iterations, cuts, step)
       end if
