@@ -77,6 +77,7 @@ contains
       end if
       do
          call find_course(problem, target, limit, patience*settings%maximum_iterations, a, course, result, ok)
+         if (.not. abs(result%first_change) > 0) result%first_change = course%change
          if (ok) call follow(problem, course, after, result, ok)
          if (.not. ok) then
             problem%damping = 0
