@@ -2,13 +2,13 @@
 !> fails, because the tangent says little about what comes (a flat sheet, which has no stiffness against pressure until it
 !> stretches) or is indefinite (a sheet that wrinkles).
 !>
-!> A trust region by inertia: the matrix K + a M, M a lumped mass, takes the place of K. The number a is large enough for the matrix to be
-!> positive definite, so that each correction goes down in energy, and for no node to turn or move too far; it falls as long as K
-!> predicts the forces, and at the end it is zero: the last iterations are Newton's, and equilibrium is that of the problem itself. How far
-!> to go is judged by the work of the residual along the correction, which no energy need exist for.
+!> A trust region by inertia: the matrix K + a M, M a lumped mass, takes the place of K. The number a is large enough for the
+!> matrix to be positive definite, so that each correction goes down in energy, and for no node to turn or move too far; it falls
+!> as long as K predicts the forces, and at the end it is zero: the last iterations are Newton's, and equilibrium is that of the
+!> problem itself. How far to go is judged by the work of the residual along the correction, which no energy need exist for.
 !>
-!> It costs one to two hundred linear solves from a flat sheet to one with all its wrinkles, whatever the size of the increment, where
-!> Newton's method takes five in a tame one: it is no replacement.
+!> It costs one to two hundred linear solves from a flat sheet to one with all its wrinkles, whatever the size of the increment,
+!> where Newton's method takes five in a tame one: it is no replacement.
 module finshell_descent
    use finshell_kinds, only: wp, i4
    use finshell_status, only: status_not_converged, status_singular_matrix
@@ -40,11 +40,12 @@ module finshell_descent
    real(wp), parameter :: tolerated = 1.5_wp !< a stride that is longer by this is shortened along the line, not by a larger a
    real(wp), parameter :: climb = 4.0_wp !< ratio by which a rises where the matrix is indefinite
    real(wp), parameter :: fall = 0.1_wp, slow_fall = 0.5_wp !< ratios by which it falls; slow after it had to rise
-   !> The work of the residual after the correction, relative to that before: below the first the correction went too far; nearer than the
-   !> second to what K predicts, a falls; farther than the third, it rises.
+   !> The work of the residual after the correction, relative to that before: below the first the correction went too far; nearer
+   !> than the second to what K predicts, a falls; farther than the third, it rises.
    real(wp), parameter :: too_far = -0.5_wp, as_predicted = 0.25_wp, surprise = 0.5_wp
    real(wp), parameter :: negligible = 1.0e-3_wp !< a relative to the curvature of the energy along the correction
-   real(wp), parameter :: least_inertia = 1.0e-12_wp !< the first a for a singular matrix: a force of this part of the largest per size
+   !> The first a where the matrix is singular makes this part of the largest force of a displacement of the size of the structure.
+   real(wp), parameter :: least_inertia = 1.0e-12_wp
    real(wp), parameter :: shortest = 1.0e-8_wp !< stride; below it there is a wall
 
 contains

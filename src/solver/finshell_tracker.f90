@@ -54,8 +54,8 @@ module finshell_tracker
 
 contains
 
-   !> May an increment that Newton's method has missed (`result`) after some cuts be sought by a descent? Under a prescribed load only,
-   !> at the first increment of an arc-length step too. Sets how far the descent may lead.
+   !> May an increment that Newton's method has missed (`result`) after some cuts be sought by a descent? Under a prescribed load
+   !> only, at the first increment of an arc-length step too. Sets how far the descent may lead.
    !>
    !> From a state without a path behind it: if the structure was too soft for a linear answer to the load (a flat sheet, a law
    !> without stiffness), else the load was too large. As slender strips are soft too, a quarter of the load is tried before
