@@ -50,6 +50,11 @@ contains
          if (allocated(error)) return
       end if
       if (step%control == control_load .or. step%control == control_linear) return
+      if (step%control == control_buckling .and. size(problem%external%turning_nodes) > 0) then
+         call raise(error, status_input_error, 'buckling: a moment acts at node '//text_of(problem%external%turning_nodes(1)) &
+            //', which can turn about several axes; such a moment is not conservative')
+         return
+      end if
       if (something_scales(problem)) return
       call raise(error, status_input_error, control_name(step%control)//" needs a load or a moved support that " &
          //'follows the load factor (one that is not constant, nor zero, nor on held nodes only); there is none')

@@ -66,6 +66,9 @@ class Check(unittest.TestCase):
                                ("control = 'displacement' " + TIP, "displacement control")):
                 self.steps(step, [name, "needs a load"], load)
 
+    def test_moment_that_is_not_conservative(self):
+        self.steps("control = 'buckling'", ["buckling: a moment acts at node 9"], FORCE + "&load type = 'moment' node_set = 'corner_x1_y0' vector = 0.0, 1.0, 0.0 /\n")
+
     def test_loads_have_their_line(self):
         self.steps("load_factor = 1.0", ["&load: the pressure on 'all' has no symmetric"],
                    FORCE + "&load type = 'pressure' pressure = 1.0 stiffness = 'symmetric' /\n", line=6)
