@@ -3,7 +3,7 @@ module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_kinds, only: dp, wp
    use finshell_assembly, only: paying_threads
-   use finshell_blas_threads, only: set_blas_threads
+   use finshell_blas_threads, only: set_blas_threads, wake_blas
    use finshell_disk, only: write_failures_return
    use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
@@ -13,8 +13,9 @@ module finshell_driver
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
    use finshell_step, only: control_linear, control_buckling
+   use finshell_trial, only: check_steps, place_load_error, warning_of
    use finshell_version, only: version
-!$ use omp_lib, only: omp_set_num_threads
+!$ use omp_lib, only: omp_get_num_procs, omp_set_num_threads
    implicit none
    private
    public :: main
@@ -147,8 +148,15 @@ contains
       if (complain(error)) return
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call new_equilibrium(problem, input%structure, error)
-      if (allocated(error)) error%message = input%file//': '//error%message
+      if (allocated(error)) then
+         call place_load_error(input, problem, error)
+         if (verify(error%message(1:1), '0123456789') > 0) error%message = ' '//error%message
+         error%message = input%file//':'//error%message
+      end if
       if (complain(error)) return
+      call check_steps(input, problem, error)
+      if (complain(error)) return
+      if (warning_of(input, problem) /= '') write (error_unit, '(a)') 'finshell: warning: '//warning_of(input, problem)
       if (.not. options%quiet) call print_model(input, problem)
       if (.not. solve) then
          write (output_unit, '(a)') 'The input is complete and consistent.'
@@ -185,11 +193,15 @@ contains
    !> As many threads as the input asks for, else as OpenMP would but no more than pay: waiting threads burn CPU time.
    subroutine choose_threads(wanted, elements)
       integer, intent(in) :: wanted, elements
+      integer, parameter :: always_allowed = 8
       integer :: threads
       threads = paying_threads(elements)
       if (wanted > 0) threads = wanted
+      ! more than there are processors never pay, and very many cannot be created
+!$    threads = min(threads, max(omp_get_num_procs(), always_allowed))
 !$    call omp_set_num_threads(threads)
       call set_blas_threads(threads)
+      call wake_blas()
    end subroutine choose_threads
 
    !> Print an error, if there is one.
