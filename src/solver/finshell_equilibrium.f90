@@ -56,6 +56,7 @@ module finshell_equilibrium
       procedure :: watch_volume
       procedure :: monitored
       procedure :: largest_rotation
+      procedure :: magnitude
       procedure, private :: measure_levels
    end type equilibrium_t
 
@@ -309,6 +310,19 @@ contains
          angle = max(angle, norm2(factor_change*self%equations%motion(4:6, i, merge(2, 1, self%constant_phase))))
       end do
    end function largest_rotation
+
+   !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.
+   subroutine magnitude(self, x, added)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), intent(out) :: x(:)
+      real(wp), intent(out), optional :: added(:)
+      real(wp), allocatable :: nodal(:, :)
+      allocate (nodal(6, size(self%state%rotation, 2)))
+      nodal(1:3, :) = self%state%displacement
+      nodal(4:6, :) = 2*self%state%rotation(2:4, :)
+      call gather(self%equations, nodal, x)
+      if (present(added)) call self%solver%magnitude(x, added)
+   end subroutine magnitude
 
    !> Monitor the mean of a global displacement component over a node set.
    subroutine watch(self, node_set, component, error)

@@ -51,6 +51,7 @@ module finshell_linear_solver
       procedure :: analyse
       procedure :: factorise
       generic :: solve => solve_one, solve_many
+      procedure :: magnitude
       procedure :: free
       procedure, private :: solve_one, solve_many, prepare, factorise_symmetric, factorise_unsymmetric
       procedure, private :: backend, shifted_values, examine, refine
@@ -245,6 +246,17 @@ contains
          call self%refine(rhs(:, j), x(:, j), error)
       end do
    end subroutine solve_many
+
+   !> |A| |x|, with the matrix factorised last: times epsilon, what rounding x to working precision does to A x.
+   subroutine magnitude(self, x, y)
+      class(linear_solver_t), intent(in) :: self
+      real(dp), intent(in) :: x(:) !< (n)
+      real(dp), intent(out) :: y(:) !< (n); zero before the first factorisation
+      real(dp), allocatable :: unused(:)
+      y = 0
+      allocate (unused(size(y)))
+      if (allocated(self%values)) call self%pattern%multiply(self%values, x, unused, y)
+   end subroutine magnitude
 
    !> Add corrections from the residual while they halve it.
    subroutine refine(self, b, x, error)

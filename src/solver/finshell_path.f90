@@ -323,6 +323,7 @@ contains
       self%last%size = attempt%size
       self%last%residual = result%residual
       self%last%correction = result%correction
+      self%last%rounding = result%rounding
       self%last%cpu_time = now - self%started
       self%last%total_increments = self%increments
       self%last%total_iterations = self%iterations
