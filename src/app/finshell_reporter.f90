@@ -39,6 +39,7 @@ module finshell_reporter
       integer :: critical_points = 0 !< limit and bifurcation points
       integer :: rounded = 0 !< increments that rounding kept from their tolerance
       real(wp) :: residual = 0, correction = 0 !< worst of all increments
+      logical :: stands_in = .false. !< arc-length stands in for the control of the step
       type(record_t) :: last
    contains
       procedure :: open => open_reports
@@ -153,6 +154,10 @@ contains
       if (allocated(error)) return
       call self%history%append(row, error)
       if (allocated(error)) return
+      if ((record%stands_in .neqv. self%stands_in) .and. .not. self%quiet) write (output_unit, '(5x,a)') trim(merge( &
+         'arc-length stands in from here: what the step prescribes turns round  ', &
+         'the control of the step takes over again                              ', record%stands_in))
+      self%stands_in = record%stands_in
       if (.not. self%quiet) call show(self, record, row%monitors)
       if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
          'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'

@@ -7,7 +7,7 @@
 module finshell_equilibrium
    use finshell_kinds, only: wp
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
-      status_invalid_argument, status_input_error, status_text
+      status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise, text_of
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion, update_quaternion
@@ -25,6 +25,7 @@ module finshell_equilibrium
    use finshell_problem, only: problem_t
    use finshell_volume, only: volume_t, new_volume
    use finshell_ground, only: is_soft, ground_stiffness
+   use finshell_element_limit, only: element_trouble
    implicit none
    private
    public :: equilibrium_t, new_equilibrium
@@ -95,6 +96,7 @@ contains
       self%field = self%equations%field
       self%size = mesh_size(structure%mesh)
       self%soft = is_soft(structure%sections)
+      self%slenderness = minval(structure%sections%thickness)/self%size
       self%detail = mean_side(structure%mesh)
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, 2)) > 0)
       if (allocated(self%residual)) &
@@ -151,7 +153,7 @@ contains
       if (status /= status_ok) then
          ! An infinite displacement is a diverged iteration, not a mistake of the input.
          call raise(error, merge(status_not_converged, status, status == status_not_a_number), &
-            'element '//text_of(bad_element)//': '//status_text(status))
+            element_trouble(self%structure, bad_element, status, self%base))
          return
       end if
 

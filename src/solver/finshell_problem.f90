@@ -27,6 +27,7 @@ module finshell_problem
       logical :: extrapolating = .false.
       real(wp), allocatable :: stress(:, :) !< unallocated where the elements' own count: at the start of an increment
 
+      real(wp) :: slenderness = huge(1.0_wp) !< least thickness over `size`
       !> The matrix has lost its stiffness in the reference state by the nature of the law: a stand-in can be added to it.
       logical :: soft = .false.
       real(wp) :: regularisation = 0 !< part of the stand-in that `evaluate` adds to the matrix, not to the residual
