@@ -108,8 +108,9 @@ contains
          end if
          if (facts%pivots > 0) text = text//'; and '//buckling(facts)
       else if (facts%slenderness < lost_slenderness) then
-         text = 'thickness over size is '//text_of(real(facts%slenderness, dp))//': the stiffness in bending is lost in the ' &
-            //'rounding of that in the surface; take a thicker shell or a smaller part of it'
+         text = 'thickness over size is '//text_of(real(facts%slenderness, dp))//': the stiffness in bending is all but ' &
+            //"lost in the rounding of that in the surface; take tolerance = 'tight' with mixed = .true., a thicker shell " &
+            //'or a smaller part of it'
       else if (max(facts%pivots, facts%tried_pivots) > 0) then
          text = buckling(facts)
       else if (facts%increment == 0 .and. facts%soft) then

@@ -12,7 +12,7 @@ module finshell_equilibrium
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion, update_quaternion
    use finshell_batch, only: n_resultants
-   use finshell_mesh, only: mesh_t, mesh_size, find_node_set, node_set_names
+   use finshell_mesh, only: mesh_size, mean_side, find_node_set, node_set_names
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t, linear_change_t, new_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
@@ -61,6 +61,9 @@ module finshell_equilibrium
       procedure, private :: measure_levels
    end type equilibrium_t
 
+   !> Of the factorisation: a law without stiffness leaves more than the rounding of the matrix, up to 4 epsilons measured.
+   real(wp), parameter :: soft_tolerance = 50*epsilon(1.0_wp)
+
 contains
 
    !> Number the unknowns, sum up the loads, analyse the matrix; the state is the unloaded one.
@@ -91,11 +94,12 @@ contains
       if (allocated(error)) return
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
+      self%soft = is_soft(structure%sections)
+      if (self%soft) self%solver%singular_tolerance = soft_tolerance
 
       self%n = self%equations%n
       self%field = self%equations%field
       self%size = mesh_size(structure%mesh)
-      self%soft = is_soft(structure%sections)
       self%slenderness = minval(structure%sections%thickness)/self%size
       self%detail = mean_side(structure%mesh)
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, 2)) > 0)
@@ -116,20 +120,6 @@ contains
       call new_state(self%base, nodes)
       call new_state(self%iterate, nodes)
    end subroutine new_equilibrium
-
-   pure function mean_side(mesh) result(length)
-      type(mesh_t), intent(in) :: mesh
-      real(wp) :: length
-      integer :: e, k
-      length = 0
-      do e = 1, size(mesh%triangles, 2)
-         do k = 1, 3
-            length = length + norm2(mesh%coordinates(:, mesh%triangles(mod(k, 3) + 1, e)) &
-                                    - mesh%coordinates(:, mesh%triangles(k, e)))
-         end do
-      end do
-      length = length/(3*size(mesh%triangles, 2))
-   end function mean_side
 
    !> Forces, and with `tangent` the matrix. The one place where the elements are called.
    subroutine evaluate(self, tangent, error)

@@ -21,8 +21,6 @@ module finshell_linear_solver
    private
    public :: linear_solver_t
 
-   !> Below this the solution has no digit left.
-   real(dp), parameter :: singular_tolerance = 50*epsilon(1.0_dp)
    !> A pivot smaller than this part of its diagonal asks for a closer look.
    real(dp), parameter :: suspicious_pivot = 1e-5_dp
    !> Relative diagonal shift after a zero pivot: growth 1/shift and error shift meet at half the digits.
@@ -33,6 +31,8 @@ module finshell_linear_solver
 
    !> A copy by assignment has the pattern but no factors: it analyses and factorises for itself.
    type :: linear_solver_t
+      !> Below this the solution has no digit left. Singular matrices come to 1 epsilon, shells of thickness over size 1e-6 to 7.
+      real(dp) :: singular_tolerance = 5*epsilon(1.0_dp)
       integer :: negative_pivots = -1 !< of the last factorisation, as many as negative eigenvalues; -1: unknown (unsymmetric)
       integer :: determinant_sign = 0 !< of the last factorisation: -1, 1, or 0 when singular
       logical :: definite = .false. !< the last factorisation was L L^T, or had positive pivots only
@@ -334,7 +334,7 @@ contains
          v = v/v(i, 1)
          call self%pattern%multiply(self%values, v(:, 1), b(:, 1))
          reduction = norm2(b(:, 1)/self%scale)/norm2(v(:, 1)*self%scale)
-         if (reduction <= singular_tolerance) then
+         if (reduction <= self%singular_tolerance) then
             self%singular_equation = i
             self%null_vector = v(:, 1)
             exit
@@ -394,6 +394,7 @@ contains
       pattern = other%pattern ! also when self is other
       call self%free()
       self%pattern = pattern
+      self%singular_tolerance = other%singular_tolerance
       self%expect_definite = .true.
    end subroutine copy
 end module finshell_linear_solver

@@ -138,7 +138,7 @@ class RigidMotion(unittest.TestCase):
                 self.check(strip(held(ry=2.0), "tolerance = 'tight'", law=f"law = {law}", modulus=""), turned((0, 2, 0), (10, 2, 0)), modulus=3e6)
 
     def test_thin(self):
-        for thickness in (1e-2, 1e-3, 1e-4):
+        for thickness in (1e-2, 1e-3, 1e-4, 1e-5):
             with self.subTest(thickness=thickness):
                 self.check(strip(held(ry=2.0), "tolerance = 'tight'", thickness=thickness), turned((0, 2, 0), (10, 2, 0)))
 
@@ -196,7 +196,7 @@ class Bending(unittest.TestCase):
         self.assertLess(max(r["residual"] for r in rows), 1e-8)
 
     def test_thin_strips_bend_alike(self):
-        for thickness in (1e-2, 1e-3, 1e-4):
+        for thickness in (1e-2, 1e-3, 1e-4, 1e-5):
             with self.subTest(thickness=thickness):
                 self.done(cantilever("32, 1", thickness, 4e-2), 6.7015, 1e-3)
 
