@@ -139,7 +139,7 @@ contains
       logical, intent(inout) :: rounded !< the residual before (in) and after the correction (out) is within rounding
       type(newton_result_t), intent(inout) :: result
       real(wp), allocatable :: unknowns(:), added(:)
-      real(wp) :: least(2), part
+      real(wp) :: least(2), part, tolerance
       logical :: rounded_before
 
       rounded_before = rounded
@@ -154,7 +154,8 @@ contains
       end if
       call problem%magnitude(unknowns, added)
       least = epsilon(1.0_wp)*field_norms(added, problem%field)
-      rounded = ratio(least/max(settings%residual, epsilon(1.0_wp))) <= settings%residual
+      tolerance = max(settings%residual, epsilon(1.0_wp))
+      rounded = ratio(least/tolerance) <= tolerance
       if (.not. rounded .or. .not. (likely .or. rounded_before)) return
       result%converged = .true.
       result%rounding = .true.

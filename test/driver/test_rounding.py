@@ -13,6 +13,7 @@ from pathlib import Path
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
 TOLERANCES = ("", "tolerance = 'tight'")
+TINY = "residual_tolerance = 1.0e-30 correction_tolerance = 1.0e-30"
 ROUNDING = "at the limit of rounding"
 
 
@@ -79,8 +80,8 @@ class RigidMotion(unittest.TestCase):
                     self.check(strip(held(**dict(zip(COMPONENTS, motion))), step), motion)
 
     def test_rotations_about_the_clamped_edge(self):
-        for step in TOLERANCES:
-            for angle in (0.5, 3.0, -12.0):
+        for step in (*TOLERANCES, TINY):
+            for angle in (0.5, 3.0, -9.0):
                 with self.subTest(step=step, angle=angle):
                     printed = self.check(strip(held(ry=angle), step), turned((0, angle, 0), (10, 2, 0)))
                     self.assertIn(ROUNDING, printed)
@@ -199,6 +200,12 @@ class Bending(unittest.TestCase):
         for thickness in (1e-2, 1e-3, 1e-4, 1e-5):
             with self.subTest(thickness=thickness):
                 self.done(cantilever("32, 1", thickness, 4e-2), 6.7015, 1e-3)
+
+    def test_no_tolerance_is_out_of_reach(self):
+        for residual, correction in ((1e-30, 1e-8), (1e-3, 1e-30), (1e-14, 1e-14), (1e-300, 1e-300)):
+            with self.subTest(residual=residual, correction=correction):
+                step = f"residual_tolerance = {residual} correction_tolerance = {correction}"
+                self.done(cantilever("20, 2", load=4e-2, step=step), 6.7009, 1e-3)
 
     def test_stiff_tips(self):
         for stiff in ("1.2e8", "1.2e10"):
