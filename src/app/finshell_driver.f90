@@ -7,7 +7,7 @@ module finshell_driver
    use finshell_disk, only: write_failures_return
    use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
-   use finshell_error, only: error_t
+   use finshell_error, only: error_t, text_of
    use finshell_input, only: input_t, read_input
    use finshell_linear_step, only: solve_linear
    use finshell_path, only: path_t
@@ -241,6 +241,12 @@ contains
          ' linear solutions or buckling modes, which leave the state as it is'
       write (output_unit, '(3(i0,a),f0.2,a)') path%increments, ' increments, ', path%iterations, ' iterations, ', path%cuts, &
          ' cuts, ', seconds, ' s of CPU time'
+      if (path%increments > 0) write (output_unit, '(a)') 'Worst accuracy of an increment: residual '//text_of(reporter%residual) &
+         //' of the loads and reactions, correction '//text_of(reporter%correction)//' of the increment'
+      if (reporter%rounded > 0) write (output_unit, '(i0,a)') reporter%rounded, &
+         ' increments came to rest at the limit of rounding, above the tolerance that was asked for.'
+      if (reporter%rounded > 0 .and. reporter%residual > 0.01_wp) write (output_unit, '(a)') &
+         'Their loads and reactions are hardly more than rounding: a rigid motion, or loads too small for this stiffness.'
       if (reporter%critical_points > 0) write (output_unit, '(i0,a)') reporter%critical_points, &
          ' limit or bifurcation points were passed (column critical_point of the history).'
       if (reporter%descents > 0) write (output_unit, '(i0,a)') reporter%descents, &

@@ -4,7 +4,7 @@ module finshell_reporter
    use finshell_kinds, only: wp
    use finshell_disk, only: lock_t, remove_in_system, take_lock
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_error, only: error_t, raise
+   use finshell_error, only: error_t, raise, text_of
    use finshell_field, only: field_t, increment_t, name_t
    use finshell_history, only: history_file_t
    use finshell_monitor, only: monitor_t, output_t
@@ -38,6 +38,9 @@ module finshell_reporter
       integer :: descents = 0 !< increments found by a descent
       integer :: linear = 0 !< linear solutions and modes
       integer :: critical_points = 0 !< limit and bifurcation points
+      integer :: rounded = 0 !< increments that rounding kept from their tolerance
+      real(wp) :: residual = 0, correction = 0 !< worst of all increments
+      logical :: stands_in = .false. !< arc-length stands in for the control of the step
       type(record_t) :: last
    contains
       procedure :: open => open_reports
@@ -145,11 +148,17 @@ contains
 
       row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)
       row%critical_point = record%event + merge(10, 0, record%located)
+      row%residual = record%residual
+      row%correction = record%correction
       allocate (row%monitors(size(self%watches)))
       call monitored_values(self%problem, state, self%watches, row%monitors, error)
       if (allocated(error)) return
       call self%history%append(row, error)
       if (allocated(error)) return
+      if ((record%stands_in .neqv. self%stands_in) .and. .not. self%quiet) write (output_unit, '(5x,a)') trim(merge( &
+         'arc-length stands in from here: what the step prescribes turns round  ', &
+         'the control of the step takes over again                              ', record%stands_in))
+      self%stands_in = record%stands_in
       if (.not. self%quiet) call show(self, record, row%monitors)
       if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
          'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
@@ -163,6 +172,9 @@ contains
          self%critical_points = self%critical_points + 1
          if (.not. self%quiet) call show_event(record)
       end if
+      if (record%rounding) self%rounded = self%rounded + 1
+      self%residual = max(self%residual, record%residual)
+      self%correction = max(self%correction, record%correction)
       if (record%negative_pivots > 0) self%unstable = self%unstable + 1
       self%last = record
       if (.not. self%output%fields) return
@@ -211,8 +223,8 @@ contains
    subroutine show_event(record)
       type(record_t), intent(in) :: record
       if (record%located) then
-         write (output_unit, '(5x,a,es13.6,a,es8.1)') event_name(record%event)//' located at load factor ', record%load_factor, &
-            '; cosine between null vector and load ', record%load_cosine
+         write (output_unit, '(5x,a)') event_name(record%event)//' located at load factor '//text_of(record%load_factor) &
+            //'; cosine between null vector and load '//text_of(record%load_cosine)
       else
          write (output_unit, '(5x,a)') event_name(record%event)//' passed since the increment before'
       end if
@@ -227,16 +239,16 @@ contains
       integer :: i, n
       n = min(shown, size(values))
       if (record%increment == 1) then
-         write (output_unit, '(a)', advance='no') '  inc   load factor'
+         write (output_unit, '(a)', advance='no') '  inc    load factor'
          do i = 1, n
             heading = self%monitors(i)%name
             write (output_unit, '(1x,a)', advance='no') adjustr(heading)
          end do
          write (output_unit, '(a)') '  iterations  cuts  negative pivots   CPU s'
       end if
-      write (output_unit, '(i5,es14.6)', advance='no') record%increment, record%load_factor
+      write (output_unit, '(i5,a)', advance='no') record%increment, column(record%load_factor)
       do i = 1, n
-         write (output_unit, '(1x,es14.6)', advance='no') values(i)
+         write (output_unit, '(a)', advance='no') column(values(i))
       end do
       if (record%negative_pivots < 0) then
          write (output_unit, '(i12,i6,a17,f8.2)') record%iterations, record%cuts, '?', record%cpu_time
@@ -245,4 +257,12 @@ contains
       end if
       flush (output_unit)
    end subroutine show
+
+   !> A number as a column, with a blank before it.
+   pure function column(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=15) :: text
+      text = text_of(x)
+      text = adjustr(text)
+   end function column
 end module finshell_reporter

@@ -17,6 +17,7 @@ module finshell_material
    type, abstract :: material_t
       !> True when the response does not depend on the direction of the material axes.
       logical :: isotropic = .true.
+      character(len=32) :: name = '' !< as in finshell_registry, which sets it; for messages
    contains
       procedure(plane_stress_interface), deferred :: plane_stress
       procedure(thickness_stretch_interface), deferred :: thickness_stretch

@@ -7,12 +7,12 @@
 module finshell_equilibrium
    use finshell_kinds, only: wp
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
-      status_invalid_argument, status_input_error, status_text
+      status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise, text_of
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion, update_quaternion
    use finshell_batch, only: n_resultants
-   use finshell_mesh, only: mesh_t, mesh_size, find_node_set, node_set_names
+   use finshell_mesh, only: mesh_size, mean_side, find_node_set, node_set_names
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t, linear_change_t, new_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
@@ -25,6 +25,7 @@ module finshell_equilibrium
    use finshell_problem, only: problem_t
    use finshell_volume, only: volume_t, new_volume
    use finshell_ground, only: is_soft, ground_stiffness
+   use finshell_element_limit, only: element_trouble
    implicit none
    private
    public :: equilibrium_t, new_equilibrium
@@ -57,8 +58,12 @@ module finshell_equilibrium
       procedure :: watch_volume
       procedure :: monitored
       procedure :: largest_rotation
+      procedure :: magnitude
       procedure, private :: measure_levels
    end type equilibrium_t
+
+   !> Of the factorisation: a law without stiffness leaves more than the rounding of the matrix, up to 4 epsilons measured.
+   real(wp), parameter :: soft_tolerance = 50*epsilon(1.0_wp)
 
 contains
 
@@ -90,11 +95,13 @@ contains
       if (allocated(error)) return
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
+      self%soft = is_soft(structure%sections)
+      if (self%soft) self%solver%singular_tolerance = soft_tolerance
 
       self%n = self%equations%n
       self%field = self%equations%field
       self%size = mesh_size(structure%mesh)
-      self%soft = is_soft(structure%sections)
+      self%slenderness = minval(structure%sections%thickness)/self%size
       self%detail = mean_side(structure%mesh)
       self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
@@ -116,20 +123,6 @@ contains
       call new_state(self%base, nodes)
       call new_state(self%iterate, nodes)
    end subroutine new_equilibrium
-
-   pure function mean_side(mesh) result(length)
-      type(mesh_t), intent(in) :: mesh
-      real(wp) :: length
-      integer :: e, k
-      length = 0
-      do e = 1, size(mesh%triangles, 2)
-         do k = 1, 3
-            length = length + norm2(mesh%coordinates(:, mesh%triangles(mod(k, 3) + 1, e)) &
-                                    - mesh%coordinates(:, mesh%triangles(k, e)))
-         end do
-      end do
-      length = length/(3*size(mesh%triangles, 2))
-   end function mean_side
 
    !> A mass of one per area, a third of an element at each node, with the radius of gyration of an element.
    function lumped_weight(mesh, equations, detail) result(weight)
@@ -178,7 +171,7 @@ contains
       if (status /= status_ok) then
          ! An infinite displacement is a diverged iteration, not a mistake of the input.
          call raise(error, merge(status_not_converged, status, status == status_not_a_number), &
-            'element '//text_of(bad_element)//': '//status_text(status))
+            element_trouble(self%structure, bad_element, status, self%base))
          return
       end if
 
@@ -344,6 +337,19 @@ contains
          angle = max(angle, norm2(factor_change*self%equations%motion(4:6, i, merge(2, 1, self%constant_phase))))
       end do
    end function largest_rotation
+
+   !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.
+   subroutine magnitude(self, x, added)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), intent(out) :: x(:)
+      real(wp), intent(out), optional :: added(:)
+      real(wp), allocatable :: nodal(:, :)
+      allocate (nodal(6, size(self%state%rotation, 2)))
+      nodal(1:3, :) = self%state%displacement
+      nodal(4:6, :) = 2*self%state%rotation(2:4, :)
+      call gather(self%equations, nodal, x)
+      if (present(added)) call self%solver%magnitude(x, added)
+   end subroutine magnitude
 
    !> Monitor the mean of a global displacement component over a node set.
    subroutine watch(self, node_set, component, error)

@@ -2,6 +2,9 @@
 !> or two back substitutions an iteration. The residual after a correction comes with the next tangent, unless the correction
 !> is so small that the increment is likely to be done: then the force alone is computed (once an increment).
 !>
+!> Where rounding leaves more of the residual than the tolerance allows, the iteration has converged all the same: the correction is
+!> within its tolerance, or does not shrink any more because it is the answer to that rounding.
+!>
 !> The whole correction is shortened where a node would turn by more than the limit. A line search was tried and left out: it
 !> took 57 iterations instead of 18 for the cantilever with end shear in one increment, and failed for the pinched hemisphere.
 module finshell_newton
@@ -11,7 +14,7 @@ module finshell_newton
    use finshell_problem, only: problem_t
    use finshell_step, only: convergence_t, control_load, control_volume
    use finshell_control, only: constraint_t, factor_change
-   use finshell_convergence, only: residual_ratio, correction_ratio
+   use finshell_convergence, only: residual_ratio, correction_ratio, field_norms
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
@@ -22,6 +25,7 @@ module finshell_newton
       integer :: iterations = 0 !< linear solves
       real(wp) :: residual = huge(1.0_wp) !< finshell_convergence
       real(wp) :: correction = huge(1.0_wp)
+      logical :: rounding = .false. !< rounding kept one of them above its tolerance
       integer :: first_pivots = -1 !< negative pivots of the first tangent
       integer :: first_determinant = 0
       real(wp) :: first_change = 0 !< of the load factor, in the first correction
@@ -36,6 +40,10 @@ module finshell_newton
    integer, parameter :: halvings = 3
    real(wp), parameter :: fade = 0.1_wp !< of the stand-in stiffness, from iteration to iteration
    real(wp), parameter :: least_regularisation = 1.0e-6_wp
+   real(wp), parameter :: volume_rounding = 100 !< of a volume, in epsilons
+   !> A correction that is more than `resting` times the one before shrinks no more. Beyond the second number, part of the
+   !> increment, and the third, part of the displacements, no rounding is an excuse.
+   real(wp), parameter :: resting = 0.1_wp, loosest_correction = 1.0e-2_wp, negligible = 1.0e-6_wp
 
 contains
 
@@ -49,11 +57,12 @@ contains
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:)
       real(wp) :: change, scale, angle, earlier(2)
-      logical :: complete, likely, guess
+      logical :: complete, likely, guess, rounded, reached
 
       allocate (x(problem%n), increment(problem%n))
       earlier = huge(1.0_wp)
       guess = .true.
+      rounded = .false.
       problem%regularisation = 0
       call problem%evaluate(.true., error)
       if (allocated(error)) then
@@ -93,10 +102,15 @@ contains
             call give_up(result, status_not_converged, 'the residual is not a number')
             return
          end if
-         if (likely) likely = met(problem, constraint, settings%correction)
-         if (likely .and. result%residual <= settings%residual) then
-            result%converged = .true.
-            return
+         reached = met(problem, constraint, settings%correction)
+         likely = likely .and. reached
+         result%converged = likely .and. result%residual <= settings%residual
+         if (result%converged) return
+         if (complete .and. reached) then
+            call weigh_rounding(problem, settings, mean_levels, scale*x, earlier(1), likely, rounded, result)
+            if (result%converged) return
+         else
+            rounded = .false.
          end if
          if (complete .and. 4*result%iterations >= 3*settings%maximum_iterations &
              .and. result%correction > maxval(earlier)) then
@@ -116,6 +130,51 @@ contains
          end if
       end do
    end subroutine solve_increment
+
+   !> The residual, or the correction, is above its tolerance: because of rounding? A residual within rounding and a correction
+   !> within its tolerance do; or two residuals within rounding in a row, and a correction between them that shrinks no more: it
+   !> is the answer to rounding. It has to be small beside the increment or, where nothing moves, beside the displacements.
+   subroutine weigh_rounding(problem, settings, mean_levels, correction, before, likely, rounded, result)
+      class(problem_t), intent(in) :: problem
+      type(convergence_t), intent(in) :: settings
+      real(wp), intent(in) :: mean_levels(2)
+      real(wp), intent(in) :: correction(:), before !< the last one; ratio of the one before
+      logical, intent(in) :: likely !< it is within its tolerance
+      logical, intent(inout) :: rounded !< the residual before (in) and after the correction (out) is within rounding
+      type(newton_result_t), intent(inout) :: result
+      real(wp), allocatable :: unknowns(:), added(:)
+      real(wp) :: least(2), part, tolerance
+      logical :: rounded_before
+
+      rounded_before = rounded
+      rounded = .false.
+      part = result%correction
+      if (.not. likely .and. result%correction < resting*before) return
+      allocate (unknowns(problem%n), added(problem%n))
+      if (part > max(settings%correction, loosest_correction)) then
+         call problem%magnitude(unknowns)
+         part = correction_ratio(correction, unknowns, problem%field, problem%size, problem%detail)
+         if (part > negligible) return
+      end if
+      call problem%magnitude(unknowns, added)
+      least = epsilon(1.0_wp)*field_norms(added, problem%field)
+      tolerance = max(settings%residual, epsilon(1.0_wp))
+      rounded = ratio(least/tolerance) <= tolerance
+      if (.not. rounded .or. .not. (likely .or. rounded_before)) return
+      result%converged = .true.
+      result%rounding = .true.
+      result%correction = part
+      result%residual = ratio(least)
+
+   contains
+
+      function ratio(reference)
+         real(wp), intent(in) :: reference(2)
+         real(wp) :: ratio
+         ratio = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], mean_levels, &
+                                problem%size, problem%detail, reference)
+      end function ratio
+   end subroutine weigh_rounding
 
    !> Where the law has lost its stiffness: the correction with the stand-in. It fades in the iterations that follow.
    subroutine stand_in(problem, constraint, x, change, complete, result)
@@ -138,7 +197,7 @@ contains
       call correction_from(problem, constraint, x, change, complete, result)
    end subroutine stand_in
 
-   !> Is a prescribed volume met? Being nonlinear in the unknowns, it is not by construction.
+   !> Is a prescribed volume met, as far as rounding lets it? Being nonlinear in the unknowns, it is not by construction.
    function met(problem, constraint, tolerance) result(yes)
       class(problem_t), intent(in) :: problem
       type(constraint_t), intent(in) :: constraint
@@ -146,7 +205,8 @@ contains
       logical :: yes
       yes = .true.
       if (constraint%control == control_volume) yes = abs(problem%monitored(problem%state) - constraint%target) &
-         <= tolerance*abs(constraint%target - problem%monitored(problem%base))
+         <= max(tolerance*abs(constraint%target - problem%monitored(problem%base)), &
+                volume_rounding*epsilon(1.0_wp)*abs(constraint%target))
    end function met
 
    !> The correction x and the change of the factor that satisfy the linearised equations and the constraint.

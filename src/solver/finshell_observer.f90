@@ -23,6 +23,8 @@ module finshell_observer
       real(wp) :: size = 0 !< of the increment, in the measure of its control
       real(wp) :: residual = 0 !< relative, at convergence
       real(wp) :: correction = 0 !< relative, at convergence
+      logical :: stands_in = .false. !< arc-length stands in for the control of the step
+      logical :: rounding = .false. !< one of them stayed above its tolerance because of rounding
       real(dp) :: cpu_time = 0 !< seconds since the path began
       integer :: total_increments = 0, total_iterations = 0, total_cuts = 0 !< since the path began
    end type record_t

@@ -11,7 +11,7 @@ module finshell_path
    use finshell_status, only: status_not_converged
    use finshell_error, only: error_t, raise, text_of
    use finshell_problem, only: problem_t
-   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, control_name, prescribes_monitored
+   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, prescribes_monitored
    use finshell_control, only: arc_norm, control_vector
    use finshell_newton, only: newton_result_t
    use finshell_predictor, only: history_t
@@ -22,6 +22,7 @@ module finshell_path
    use finshell_stability, only: stability_t, find_stability, event_between, no_event, bifurcation_point, limit_and_bifurcation
    use finshell_locate, only: locate, location_t
    use finshell_caution, only: objection, grip_of, grip_is_back
+   use finshell_diagnosis, only: failure_t, failure_text, crawls_to_limit, where_text
    use finshell_progress, only: progress_t
    implicit none
    private
@@ -33,6 +34,8 @@ module finshell_path
       type(record_t) :: last !< the last converged increment
       type(stability_t) :: stability !< of the last equilibrium state
       integer, private :: bifurcations = 0 !< located in this step
+      real(wp), private :: laboured = 0 !< increments that failed at first, the last ones counting most
+      real(wp), private :: largest = 0 !< change of the load factor in an increment of this step
       real(wp), private :: grip = 0 !< of the control before arc-length stood in for it
       type(progress_t), private :: progress
    contains
@@ -44,6 +47,8 @@ module finshell_path
       procedure, private :: settle
       procedure, private :: adapt
    end type path_t
+
+   real(wp), parameter :: fading = 0.75_wp !< of the memory of failed attempts, from increment to increment
 
 contains
 
@@ -76,6 +81,8 @@ contains
       if (allocated(error)) return
       self%substitute = .false.
       self%bifurcations = 0
+      self%largest = 0
+      self%laboured = 0
       call self%progress%begin(problem%state)
       self%rough = .false.
       self%hampered = .false.
@@ -148,6 +155,7 @@ contains
       type(record_t) :: record
       type(location_t) :: place
       character(len=:), allocatable :: complaint
+      type(failure_t) :: failure
       integer :: done, cuts
       logical :: no_landing, overshot, turning
 
@@ -164,9 +172,14 @@ contains
          if (allocated(self%refused)) deallocate (self%refused)
          attempt = self%plan(problem, step, targets, no_landing)
          if (self%rough) attempt%descends = self%may_descend(problem, step, result, cuts, attempt)
+         failure = failure_t(control=step%control, increment=self%increments, pivots=self%stability%negative_pivots, &
+                             factor=problem%factor(), way=self%history%way_to_limit(), size=attempt%size, &
+                             slenderness=problem%slenderness, soft=problem%soft, constant=problem%constant_phase, &
+                             laboured=fading*self%laboured + 1)
          do
             call self%try(problem, step, targets, attempt, result)
             record%iterations = record%iterations + result%iterations
+            failure%tried_pivots = max(failure%tried_pivots, result%first_pivots)
             turning = .false.
             if (result%converged) then
                overshot = .false.
@@ -187,14 +200,17 @@ contains
             call problem%restore()
             cuts = cuts + 1
             call self%fall_back(problem, step, targets, attempt, cuts, turning, no_landing)
-            if (cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor) then
+            failure%attempts = cuts
+            failure%too_many = cuts > step%maximum_cuts
+            if (failure%too_many .or. self%size < targets%smallest_size*self%length_per_factor &
+                .or. (crawls_to_limit(failure, self%size, self%largest) .and. .not. step%smallest_increment > 0)) then
                self%iterations = self%iterations + record%iterations
                self%cuts = self%cuts + cuts
-               call raise(error, result%code, where_text(step, problem)//': the next increment failed '//trim(merge( &
-                  'too often                           ', 'and would be smaller than allowed   ', cuts > step%maximum_cuts)) &
-                  //' ('//text_of(cuts) &
-                  //' attempts, the last of size '//text_of(real(attempt%size, dp))//' in '//control_name(attempt%control) &
-                  //'): '//result%reason)
+               failure%code = result%code
+               failure%last_control = attempt%control
+               failure%last_size = attempt%size
+               failure%reason = result%reason
+               call raise(error, result%code, where_text(step, problem)//': '//failure_text(failure))
                return
             end if
             attempt = self%plan(problem, step, targets, no_landing)
@@ -306,6 +322,8 @@ contains
       if (step%control == control_arc_length .and. first .and. step%load_scale > 0 .and. abs(change) > 0) &
          self%load_weight = (step%load_scale*arc_norm(x, problem%field, 0.0_wp, 0.0_wp)/change)**2
       length = arc_norm(x, problem%field, change, self%load_weight)
+      self%largest = max(self%largest, abs(change))
+      self%laboured = fading*self%laboured + merge(1, 0, record%cuts > 0)
       call self%history%remember(x, change, moved, length)
       self%rough = attempt%descends .and. result%regularised > 0
       self%hampered = record%cuts > 0
@@ -336,6 +354,8 @@ contains
       self%last%size = attempt%size
       self%last%residual = result%residual
       self%last%correction = result%correction
+      self%last%stands_in = self%substitute
+      self%last%rounding = result%rounding
       self%last%cpu_time = now - self%started
       self%last%total_increments = self%increments
       self%last%total_iterations = self%iterations
@@ -374,14 +394,4 @@ contains
       self%length_per_factor = 1
       self%size = abs(self%history%monitored(1))
    end subroutine adapt
-
-   function where_text(step, problem) result(text)
-      type(step_t), intent(in) :: step
-      class(problem_t), intent(in) :: problem
-      character(len=:), allocatable :: text
-      text = 'step'
-      if (allocated(step%name)) text = "step '"//step%name//"'"
-      text = text//': stopped at load factor '//text_of(real(problem%state%load_factor, dp))//' (increment ' &
-         //text_of(problem%state%increment)//')'
-   end function where_text
 end module finshell_path

@@ -27,6 +27,7 @@ module finshell_problem
       logical :: extrapolating = .false.
       real(wp), allocatable :: stress(:, :) !< unallocated where the elements' own count: at the start of an increment
 
+      real(wp) :: slenderness = huge(1.0_wp) !< least thickness over `size`
       !> The matrix has lost its stiffness in the reference state by the nature of the law: a stand-in can be added to it.
       logical :: soft = .false.
       real(wp) :: regularisation = 0 !< part of the stand-in that `evaluate` adds to the matrix, not to the residual
@@ -55,6 +56,7 @@ module finshell_problem
       procedure(monitored_interface), deferred :: monitored
       procedure :: watch_volume
       procedure :: largest_rotation
+      procedure :: magnitude
       procedure :: factor
       procedure :: base_factor
       procedure :: set_factor
@@ -148,6 +150,17 @@ contains
          if (self%field(i) == field_rotation) angle = max(angle, abs(x(i)))
       end do
    end function largest_rotation
+
+   !> Magnitude of the unknowns, measured from the unloaded state, and of what was added up with them for the residual: |matrix| x,
+   !> with the matrix factorised last; times epsilon this is what rounding the unknowns does to the residual. To be overridden
+   !> where unknowns are stored with rounding.
+   subroutine magnitude(self, x, added)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(out) :: x(:) !< (n)
+      real(wp), intent(out), optional :: added(:) !< (n)
+      x = 0*self%size
+      if (present(added)) added = 0
+   end subroutine magnitude
 
    !> The active factor at `state`.
    pure function factor(self) result(value)
