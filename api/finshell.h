@@ -183,7 +183,8 @@ int32_t finshell_evaluate(const finshell_section *section, int32_t n, const doub
  *   stretch [n]                 current over reference thickness, of the surface of the nodes
  *   membrane_force [n][3]       per reference length, conjugate to the Green-Lagrange strain of the surface of the nodes
  *   moment [n][3]               per reference length, about the surface of the nodes, conjugate to the curvature
- *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component)
+ *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component); evaluated only if asked for:
+ *                               a law may end at the surfaces (code 2) and not at the points that finshell_evaluate looks at
  *   codes [n]
  * Errors: all codes. Since 0.1. */
 int32_t finshell_recover(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,

@@ -217,6 +217,7 @@ contains
       type(reporter_t), intent(in) :: reporter
       logical, intent(in) :: failed
       real(dp) :: seconds
+      integer :: i
 
       call cpu_time(seconds)
       if (failed) then
@@ -233,6 +234,10 @@ contains
          ' limit or bifurcation points were passed (column critical_point of the history).'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
+      do i = 1, size(reporter%gaps)
+         write (output_unit, '(a,i0,a)') 'Missing in '//reporter%gaps(i)%name//': ', reporter%gaps(i)%values, &
+            ' values, written as NaN: the law ends between the integration points and the surface (doc/namelist.md, &output).'
+      end do
       write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &
          //merge(', .vtkhdf, .xdmf', '                ', input%output%fields)
    end subroutine print_summary

@@ -121,9 +121,10 @@ contains
    !> Recovered results of n elements: thickness stretch, resultants, stresses. Arguments as in `evaluate_elements`.
    !>
    !> Components 11, 22, 12 refer to the material direction projected on the element (global x by default, z where x is normal
-   !> to the element), carried along by the element's rotation.
+   !> to the element), carried along by the element's rotation. Stresses are evaluated only if they are asked for: a law may end at
+   !> the surfaces and not before. What fails is 0.
    subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
-                               state)
+                               state, stress_status)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -133,10 +134,15 @@ contains
       real(wp), intent(out), optional :: moment(3, n)
       real(wp), intent(out), optional :: stress(3, 3, n) !< Cauchy stress (component; bottom, middle, top; element)
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
+      !> Of the stresses (bottom, middle, top; element). Not present: a stress that fails is the element's failure.
+      integer(i4), intent(out), optional :: stress_status(3, n)
       type(block_t) :: block
-      real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3), sigma(lanes, 3, 3)
+      real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3)
+      ! what is not asked for stays unallocated, and so counts as absent in the call
+      real(wp), allocatable :: sigma(:, :, :), start(:, :, :)
+      integer(i4), allocatable :: surface(:, :)
       integer(i4) :: found(lanes)
-      integer :: first, l
+      integer :: first, i, l
 
       if (bad_shape(rotation, convention, n, present(state))) then
          status = status_invalid_argument
@@ -144,23 +150,36 @@ contains
          if (present(membrane_force)) membrane_force = 0
          if (present(moment)) moment = 0
          if (present(stress)) stress = 0
+         if (present(stress_status)) stress_status = status_invalid_argument
          return
       end if
+      if (present(stress)) allocate (sigma(lanes, 3, 3), surface(lanes, 3))
+      if (convention == rotation_increment) allocate (start(lanes, 4, 3))
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, rotation, convention, block, direction, state)
-         if (convention == rotation_increment) then
-            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found, &
-                               block%state)
-         else
-            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found)
-         end if
+         if (allocated(start)) start = block%state
+         call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, found, start, sigma, &
+                            surface)
          call check_input(block, convention, found)
+         if (allocated(surface)) then
+            do i = 1, 3
+               where (found /= status_ok) surface(:, i) = found
+            end do
+            if (.not. present(stress_status)) then
+               found = max(found, maxval(surface, dim=2))
+               surface = spread(found, 2, 3)
+            end if
+         end if
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             if (present(stretch)) stretch(first + l) = merge(s(l), 0.0_wp, found(l) == status_ok)
             if (present(membrane_force)) membrane_force(:, first + l) = merge(f(l, :), 0.0_wp, found(l) == status_ok)
             if (present(moment)) moment(:, first + l) = merge(m(l, :), 0.0_wp, found(l) == status_ok)
-            if (present(stress)) stress(:, :, first + l) = merge(sigma(l, :, :), 0.0_wp, found(l) == status_ok)
+            if (.not. present(stress)) cycle
+            do i = 1, 3
+               stress(:, i, first + l) = merge(sigma(l, :, i), 0.0_wp, surface(l, i) == status_ok)
+            end do
+            if (present(stress_status)) stress_status(:, first + l) = surface(l, :)
          end do
       end do
    end subroutine recover_elements

@@ -90,26 +90,27 @@ contains
       call evaluate_core(section, level_tangent, ref, filter, axes, core, status, variation=variation, predicted=stress)
    end subroutine predict_block
 
-   !> Resultants, thickness stretch and stresses of a block of elements.
+   !> Resultants, thickness stretch and stresses of a block of elements; stresses only if they are asked for, since a law may end
+   !> at the surfaces before it ends at the integration points.
    !>
    !> Components refer to the material direction projected on the element and the in-plane normal to it, carried along by R.
-   pure subroutine recover_block(section, nodes, displacement, rotation, convention, direction, stretch, force, moment, stress, &
-                                 status, state)
+   pure subroutine recover_block(section, nodes, displacement, rotation, convention, direction, stretch, force, moment, status, &
+                                 state, stress, stress_status)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3)
       integer, intent(in) :: convention
       real(wp), intent(out) :: stretch(lanes) !< thickness stretch of the midsurface
       real(wp), intent(out) :: force(lanes, 3) !< N11, N22, N12 per reference length, conjugate to Green-Lagrange strain
       real(wp), intent(out) :: moment(lanes, 3) !< M11, M22, M12
-      real(wp), intent(out) :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
-      integer(i4), intent(out) :: status(lanes)
+      integer(i4), intent(out) :: status(lanes) !< of all but the stresses
       real(wp), intent(in), optional :: state(lanes, 4, 3)
+      real(wp), intent(out), optional :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
+      integer(i4), intent(out), optional :: stress_status(lanes, 3) !< (bottom, middle, top); comes with `stress`
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
       type(vector_rotation_t) :: vectors
       real(wp) :: axes(lanes, 2), back(lanes, 2), membrane(lanes, 3), curvature(lanes, 3)
-      integer(i4) :: found(lanes)
       integer :: i
 
       if (convention == rotation_quaternion) then
@@ -128,18 +129,16 @@ contains
          membrane(:, i) = mean(core%membrane(:, i))
          curvature(:, i) = mean(core%curvature(:, i))
       end do
-      found = 0
-      do i = 1, 3
-         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, &
-                            stress(:, :, i), found)
-      end do
-      where (status == 0) status = found
       ! from the element frame into the material direction
       back(:, 1) = axes(:, 1)
       back(:, 2) = -axes(:, 2)
       call rotate_stress(lanes, back, force)
       call rotate_stress(lanes, back, moment)
+      if (.not. (present(stress) .and. present(stress_status))) return
       do i = 1, 3
+         stress_status(:, i) = status
+         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, &
+                            stress(:, :, i), stress_status(:, i))
          call rotate_stress(lanes, back, stress(:, :, i))
       end do
    end subroutine recover_block

@@ -4,7 +4,7 @@
 module finshell_history
    use finshell_disk, only: cut_in_system, length_in_system, rename_in_system
    use finshell_error, only: error_t, raise, text_of
-   use finshell_field, only: check_increment, increment_t, name_t
+   use finshell_field, only: check_increment, increment_t, monitor_value, name_t
    use finshell_kinds, only: i8, wp
    use finshell_status, only: status_io_error
    implicit none
@@ -78,7 +78,7 @@ contains
       end do
    end subroutine open_for_restart
 
-   !> Append one row. A row that is not finite is refused.
+   !> Append one row. A row that is not finite is refused, but for what it declares missing: this is written as NaN.
    subroutine append(self, record, error)
       class(history_file_t), intent(inout) :: self
       type(increment_t), intent(in) :: record
@@ -90,7 +90,7 @@ contains
       row = text_of(record%increment)//','//exact(record%load_factor)//','//text_of(record%iterations)//',' &
          & //text_of(record%negative_pivots)
       do i = 1, size(self%monitors)
-         row = row//','//exact(record%monitors(i))
+         row = row//','//exact(monitor_value(record, i))
       end do
       row = row//','//text_of(record%critical_point)
       call self%put(row, error)

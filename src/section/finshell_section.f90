@@ -294,6 +294,11 @@ contains
          call law%thickness_stretch(lanes, level_energy, x, l, dl, ddl, status)
          call rotate_stress(lanes, direction, s)
       end associate
+      ! where the law has ended there may be no stretch either
+      do layer = 1, 3
+         where (status /= 0) e(:, layer) = 0
+      end do
+      where (status /= 0) l = 1
       jacobian = sqrt((1 + 2*e(:, 1))*(1 + 2*e(:, 2)) - e(:, 3)**2)
       inverse = 1/sqrt(2 + 2*e(:, 1) + 2*e(:, 2) + 2*jacobian)
       u(:, 1) = (1 + 2*e(:, 1) + jacobian)*inverse
