@@ -166,7 +166,8 @@ void finshell_section_destroy(finshell_section *section);
  *                          normal to the element). Not looked at by isotropic laws.
  *   energy [n]             stored energy
  *   force [n][18]          internal force
- *   tangent [n][18][18]    symmetric, both triangles
+ *   tangent [n][18][18]    symmetric, both triangles. Fibres that act in tension only and are just unstretched, as in the
+ *                          reference state, count as slack.
  *   codes [n]              per element
  *   threads                > 0: so many (at most 256); 0: as OpenMP chooses, but no more than one for each 256 elements, and 1
  *                          inside a parallel region. Another number than 1 uses OpenMP's threads, whose stay after the call

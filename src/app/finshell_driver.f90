@@ -228,6 +228,8 @@ contains
       end if
       if (reporter%linear > 0) write (output_unit, '(i0,a)') reporter%linear, &
          ' linear solutions or buckling modes, which leave the state as it is'
+      if (reporter%switched > 0) write (output_unit, '(i0,a)') reporter%switched, &
+         ' linear or buckling steps in which fibres act where the linear solution stretches them, and are slack elsewhere'
       write (output_unit, '(3(i0,a),f0.2,a)') path%increments, ' increments, ', path%iterations, ' iterations, ', path%cuts, &
          ' cuts, ', seconds, ' s of CPU time'
       if (reporter%critical_points > 0) write (output_unit, '(i0,a)') reporter%critical_points, &

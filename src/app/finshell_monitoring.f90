@@ -138,9 +138,11 @@ contains
          volume = pressurised_volume(problem, state)
          return
       end if
-      part = small_part(problem)
-      volume = (pressurised_volume(problem, moved_state(problem, part)) &
-                - pressurised_volume(problem, moved_state(problem, -part)))/(2*part)
+      associate (motion => problem%change%motion)
+         part = small_part(motion, problem%detail)
+         volume = (pressurised_volume(problem, moved_state(problem%state, motion, part)) &
+                   - pressurised_volume(problem, moved_state(problem%state, motion, -part)))/(2*part)
+      end associate
       if (.not. problem%change%alone) volume = volume + pressurised_volume(problem, problem%state)
    end function changed_volume
 

@@ -24,27 +24,27 @@ module finshell_recovery
 
 contains
 
-   !> The state of the problem moved by a part of its linear change.
-   pure function moved_state(problem, part) result(moved)
-      type(equilibrium_t), intent(in) :: problem
+   !> A state moved by a part of a motion.
+   pure function moved_state(state, motion, part) result(moved)
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
       real(wp), intent(in) :: part
       type(state_t) :: moved
       integer :: i
-      moved = problem%state
+      moved = state
       do i = 1, size(moved%displacement, 2)
-         moved%displacement(:, i) = moved%displacement(:, i) + part*problem%change%motion(1:3, i)
-         moved%rotation(:, i) = update_quaternion(moved%rotation(:, i), part*problem%change%motion(4:6, i))
+         moved%displacement(:, i) = moved%displacement(:, i) + part*motion(1:3, i)
+         moved%rotation(:, i) = update_quaternion(moved%rotation(:, i), part*motion(4:6, i))
       end do
    end function moved_state
 
-   !> Part of a linear change over which a central difference gives derivatives to six digits and more.
-   pure real(wp) function small_part(problem)
-      type(equilibrium_t), intent(in) :: problem
+   !> Part of a motion over which differences give derivatives to six digits and more.
+   pure real(wp) function small_part(motion, length)
+      real(wp), intent(in) :: motion(:, :)
+      real(wp), intent(in) :: length !< of an element
       real(wp), parameter :: small_rotation = 1.0e-5_wp
       real(wp) :: largest
-      associate (motion => problem%change%motion)
-         largest = max(maxval(abs(motion(4:6, :))), maxval(abs(motion(1:3, :)))/problem%detail)
-      end associate
+      largest = max(maxval(abs(motion(4:6, :))), maxval(abs(motion(1:3, :)))/length)
       small_part = small_rotation
       if (largest > 0) small_part = small_rotation/largest
    end function small_part
@@ -56,25 +56,48 @@ contains
       integer, intent(in) :: elements(:)
       logical, intent(in) :: with_stress
       type(recovery_t), intent(out) :: r
-      type(recovery_t) :: forward, backward
-      real(wp) :: weight, half
+      real(wp), parameter :: fibre_part = 1.0e-3_wp !< of a mode: small beside the motion that decides which fibres act
+      type(recovery_t) :: near, far
+      type(state_t) :: base
+      real(wp) :: part
 
       if (.not. allocated(problem%change)) then
          call recover_at(problem, state, elements, with_stress, r)
          return
       end if
       call recover_at(problem, problem%state, elements, with_stress, r)
-      call recover_at(problem, moved_state(problem, small_part(problem)), elements, with_stress, forward)
-      call recover_at(problem, moved_state(problem, -small_part(problem)), elements, with_stress, backward)
-      weight = merge(0.0_wp, 1.0_wp, problem%change%alone)
-      half = 0.5_wp/small_part(problem)
-      r%stretch = weight*r%stretch + half*(forward%stretch - backward%stretch)
-      r%force = weight*r%force + half*(forward%force - backward%force)
-      r%moment = weight*r%moment + half*(forward%moment - backward%moment)
-      r%missing = r%missing .or. forward%missing .or. backward%missing
-      if (.not. with_stress) return
-      r%stress = weight*r%stress + half*(forward%stress - backward%stress)
-      r%missing_stress = r%missing_stress .or. forward%missing_stress .or. backward%missing_stress
+      associate (change => problem%change)
+         part = small_part(change%motion, problem%detail)
+         if (change%alone) then
+            ! A mode has no sign: from both sides, with the fibres that counted for it.
+            base = problem%state
+            if (allocated(change%toward)) then
+               base = moved_state(base, change%toward, small_part(change%toward, problem%detail))
+               part = fibre_part*part
+            end if
+            call recover_at(problem, moved_state(base, change%motion, part), elements, with_stress, near)
+            call recover_at(problem, moved_state(base, change%motion, -part), elements, with_stress, far)
+            call combine([0.0_wp, 0.5_wp/part, -0.5_wp/part])
+         else
+            ! From one side: where fibres begin to act the other one has another derivative.
+            call recover_at(problem, moved_state(problem%state, change%motion, part), elements, with_stress, near)
+            call recover_at(problem, moved_state(problem%state, change%motion, 2*part), elements, with_stress, far)
+            call combine([1 - 1.5_wp/part, 2/part, -0.5_wp/part])
+         end if
+      end associate
+
+   contains
+
+      subroutine combine(w)
+         real(wp), intent(in) :: w(3)
+         r%stretch = w(1)*r%stretch + w(2)*near%stretch + w(3)*far%stretch
+         r%force = w(1)*r%force + w(2)*near%force + w(3)*far%force
+         r%moment = w(1)*r%moment + w(2)*near%moment + w(3)*far%moment
+         r%missing = r%missing .or. near%missing .or. far%missing
+         if (.not. with_stress) return
+         r%stress = w(1)*r%stress + w(2)*near%stress + w(3)*far%stress
+         r%missing_stress = r%missing_stress .or. near%missing_stress .or. far%missing_stress
+      end subroutine combine
    end subroutine recover
 
    !> The same at one state, whatever the sections; in the order of `elements`.

@@ -44,6 +44,7 @@ module finshell_reporter
       integer :: last_written = -1
       integer :: unstable = 0 !< increments with negative pivots
       integer :: linear = 0 !< linear solutions and modes
+      integer :: switched = 0 !< linear and buckling steps whose solution decided which fibres act
       integer :: critical_points = 0 !< limit and bifurcation points
       type(record_t) :: last
       integer, allocatable :: watched_elements(:) !< those that have to be recovered for the monitors
@@ -172,6 +173,11 @@ contains
       if (.not. self%quiet) call show(self, record, [(monitor_value(row, i), i=1, size(row%monitors))])
       if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
          'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
+      if (record%switched > 1) then
+         self%switched = self%switched + 1
+         if (.not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
+            'fibres act where the linear solution stretches them: found in ', record%switched, ' solutions'
+      end if
       if (record%control == control_linear .or. record%control == control_buckling) self%linear = self%linear + 1
       if (record%event /= no_event) then
          self%critical_points = self%critical_points + 1
