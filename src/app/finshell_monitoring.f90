@@ -9,7 +9,7 @@ module finshell_monitoring
       monitor_reaction_moment, monitor_thickness_stretch, monitor_volume, monitor_energy, monitor_membrane_force, monitor_moment
    use finshell_pressure, only: enclosed_volume
    use finshell_quaternion, only: quaternion_to_rotation_vector
-   use finshell_recovery, only: recovery_t, gather_elements, moved_state, small_part
+   use finshell_recovery, only: recovery_t, recover, gather_elements, moved_state, small_part
    use finshell_state, only: state_t
    implicit none
    private
@@ -47,16 +47,22 @@ contains
    end subroutine new_watch
 
    !> One number per watch.
-   subroutine monitored_values(problem, state, watches, recovery, values, missing)
+   recursive subroutine monitored_values(problem, state, watches, values, missing, recovery)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(watch_t), intent(in) :: watches(:)
-      type(recovery_t), intent(in) :: recovery !< of the elements of the watches, see `needed_elements`
       real(wp), intent(out) :: values(:) !< (size(watches))
       logical, intent(out) :: missing(:) !< (size(watches)) an element has no such value; that of the watch is 0
+      type(recovery_t), intent(in), optional :: recovery !< of the elements that the watches need, if there is one already
+      type(recovery_t) :: own
       real(wp) :: vector(3)
       integer :: i, k
 
+      if (.not. present(recovery)) then
+         call recover(problem, state, needed_elements(watches, size(problem%structure%mesh%triangles, 2)), .false., own)
+         call monitored_values(problem, state, watches, values, missing, own)
+         return
+      end if
       missing = .false.
       do i = 1, size(watches)
          associate (w => watches(i))

@@ -224,7 +224,7 @@ contains
       row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)
       row%critical_point = record%event + merge(10, 0, record%located)
       allocate (row%monitors(size(self%watches)), row%missing(size(self%watches)))
-      call monitored_values(self%problem, state, self%watches, recovery, row%monitors, row%missing)
+      call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery)
    end subroutine evaluate
 
    subroutine write_fields(self, state, row, recovery, error)
