@@ -166,7 +166,8 @@ void finshell_section_destroy(finshell_section *section);
  *                          normal to the element). Not looked at by isotropic laws.
  *   energy [n]             stored energy
  *   force [n][18]          internal force
- *   tangent [n][18][18]    symmetric, both triangles
+ *   tangent [n][18][18]    symmetric, both triangles. Fibres that act in tension only and are just unstretched, as in the
+ *                          reference state, count as slack.
  *   codes [n]              per element
  *   threads                > 0: so many (at most 256); 0: as OpenMP chooses, but no more than one for each 256 elements, and 1
  *                          inside a parallel region. Another number than 1 uses OpenMP's threads, whose stay after the call
@@ -183,7 +184,8 @@ int32_t finshell_evaluate(const finshell_section *section, int32_t n, const doub
  *   stretch [n]                 current over reference thickness, of the surface of the nodes
  *   membrane_force [n][3]       per reference length, conjugate to the Green-Lagrange strain of the surface of the nodes
  *   moment [n][3]               per reference length, about the surface of the nodes, conjugate to the curvature
- *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component)
+ *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component); evaluated only if asked for:
+ *                               a law may end at the surfaces (code 2) and not at the points that finshell_evaluate looks at
  *   codes [n]
  * Errors: all codes. Since 0.1. */
 int32_t finshell_recover(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,

@@ -229,6 +229,7 @@ contains
       type(reporter_t), intent(in) :: reporter
       logical, intent(in) :: failed
       real(dp) :: seconds
+      integer :: i
 
       call cpu_time(seconds)
       if (failed) then
@@ -239,6 +240,8 @@ contains
       end if
       if (reporter%linear > 0) write (output_unit, '(i0,a)') reporter%linear, &
          ' linear solutions or buckling modes, which leave the state as it is'
+      if (reporter%switched > 0) write (output_unit, '(i0,a)') reporter%switched, &
+         ' linear or buckling steps in which fibres act where the linear solution stretches them, and are slack elsewhere'
       write (output_unit, '(3(i0,a),f0.2,a)') path%increments, ' increments, ', path%iterations, ' iterations, ', path%cuts, &
          ' cuts, ', seconds, ' s of CPU time'
       if (path%increments > 0) write (output_unit, '(a)') 'Worst accuracy of an increment: residual '//text_of(reporter%residual) &
@@ -253,6 +256,10 @@ contains
          ' increments were found by a descent to a stable state, where Newton''s iteration failed; others may exist.'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
+      do i = 1, size(reporter%gaps)
+         write (output_unit, '(a,i0,a)') 'Missing in '//reporter%gaps(i)%name//': ', reporter%gaps(i)%values, &
+            ' values, written as NaN: the law ends between the integration points and the surface (doc/namelist.md, &output).'
+      end do
       write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &
          //merge(', .vtkhdf, .xdmf', '                ', input%output%fields)
    end subroutine print_summary

@@ -34,7 +34,7 @@ contains
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
    subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
-                                state, resultants)
+                                state, resultants, toward)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -50,6 +50,9 @@ contains
       real(wp), intent(in), optional :: state(4, 3, n)
       !> For the geometric part of the tangent instead of the elements' own (mixed-integration-point Newton, `predict_resultants`).
       real(wp), intent(in), optional :: resultants(n_resultants, n)
+      !> Nodal displacements and spins, with rotation_quaternion and `tangent`: where a law has a switch, as fibres in tension only
+      !> have it in the reference state, the tangent is the one-sided one in this direction; default: that without the fibres.
+      real(wp), intent(in), optional :: toward(18, n)
       integer :: b, blocks, level, team
 
       if (bad_shape(rotation, convention, n, present(state))) then
@@ -69,13 +72,13 @@ contains
       if (team == 1 .or. blocks == 1) then
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants)
+                                direction, state, resultants, toward)
          end do
       else
 !$omp parallel do schedule(static) num_threads(team)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants)
+                                direction, state, resultants, toward)
          end do
 !$omp end parallel do
       end if
@@ -85,7 +88,7 @@ contains
    !>
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): the stress of the next iterate is taken from the
    !> linearisation of the last one. The solution is unchanged, thin shells take much larger increments.
-   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction)
+   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, toward)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), quaternion(4, 3, n)
@@ -93,19 +96,23 @@ contains
       real(wp), intent(out) :: resultants(n_resultants, n)
       integer(i4), intent(out) :: status(n)
       real(wp), intent(in), optional :: direction(3, n)
+      real(wp), intent(in), optional :: toward(18, n) !< as in `evaluate_elements`
       type(block_t) :: block
       type(stress_t) :: stress
       real(wp) :: increments(lanes, 18)
+      real(wp), allocatable :: heading(:, :) ! unallocated it counts as absent in the call
       integer(i4) :: found(lanes)
       integer :: first, g, l, v
 
+      if (present(toward)) allocate (heading(lanes, 18))
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction)
          increments = 0
          do l = 1, min(lanes, n - first)
             increments(l, :) = increment(:, first + l)
          end do
-         call predict_block(section, block%x, block%u, block%rotation, increments, block%direction, stress, found)
+         if (present(toward)) call gather_motion(first, n, toward, heading)
+         call predict_block(section, block%x, block%u, block%rotation, increments, block%direction, stress, found, heading)
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             do g = 1, 3
@@ -121,9 +128,10 @@ contains
    !> Recovered results of n elements: thickness stretch, resultants, stresses. Arguments as in `evaluate_elements`.
    !>
    !> Components 11, 22, 12 refer to the material direction projected on the element (global x by default, z where x is normal
-   !> to the element), carried along by the element's rotation.
+   !> to the element), carried along by the element's rotation. Stresses are evaluated only if they are asked for: a law may end at
+   !> the surfaces and not before. What fails is 0.
    subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
-                               state)
+                               state, stress_status)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -133,10 +141,15 @@ contains
       real(wp), intent(out), optional :: moment(3, n)
       real(wp), intent(out), optional :: stress(3, 3, n) !< Cauchy stress (component; bottom, middle, top; element)
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
+      !> Of the stresses (bottom, middle, top; element). Not present: a stress that fails is the element's failure.
+      integer(i4), intent(out), optional :: stress_status(3, n)
       type(block_t) :: block
-      real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3), sigma(lanes, 3, 3)
+      real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3)
+      ! what is not asked for stays unallocated, and so counts as absent in the call
+      real(wp), allocatable :: sigma(:, :, :), start(:, :, :)
+      integer(i4), allocatable :: surface(:, :)
       integer(i4) :: found(lanes)
-      integer :: first, l
+      integer :: first, i, l
 
       if (bad_shape(rotation, convention, n, present(state))) then
          status = status_invalid_argument
@@ -144,23 +157,36 @@ contains
          if (present(membrane_force)) membrane_force = 0
          if (present(moment)) moment = 0
          if (present(stress)) stress = 0
+         if (present(stress_status)) stress_status = status_invalid_argument
          return
       end if
+      if (present(stress)) allocate (sigma(lanes, 3, 3), surface(lanes, 3))
+      if (convention == rotation_increment) allocate (start(lanes, 4, 3))
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, rotation, convention, block, direction, state)
-         if (convention == rotation_increment) then
-            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found, &
-                               block%state)
-         else
-            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found)
-         end if
+         if (allocated(start)) start = block%state
+         call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, found, start, sigma, &
+                            surface)
          call check_input(block, convention, found)
+         if (allocated(surface)) then
+            do i = 1, 3
+               where (found /= status_ok) surface(:, i) = found
+            end do
+            if (.not. present(stress_status)) then
+               found = max(found, maxval(surface, dim=2))
+               surface = spread(found, 2, 3)
+            end if
+         end if
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             if (present(stretch)) stretch(first + l) = merge(s(l), 0.0_wp, found(l) == status_ok)
             if (present(membrane_force)) membrane_force(:, first + l) = merge(f(l, :), 0.0_wp, found(l) == status_ok)
             if (present(moment)) moment(:, first + l) = merge(m(l, :), 0.0_wp, found(l) == status_ok)
-            if (present(stress)) stress(:, :, first + l) = merge(sigma(l, :, :), 0.0_wp, found(l) == status_ok)
+            if (.not. present(stress)) cycle
+            do i = 1, 3
+               stress(:, i, first + l) = merge(sigma(l, :, i), 0.0_wp, surface(l, i) == status_ok)
+            end do
+            if (present(stress_status)) stress_status(:, first + l) = surface(l, :)
          end do
       end do
    end subroutine recover_elements
@@ -233,15 +259,16 @@ contains
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state, resultants)
+                             state, resultants, toward)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), toward(18, n)
       type(block_t) :: block
       type(stress_t) :: stress
+      real(wp) :: heading(lanes, 18)
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
       integer(i4) :: found(lanes)
       integer :: i, l, used
@@ -251,6 +278,16 @@ contains
       if (convention == rotation_increment) then
          call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
                              block%state)
+      else if (present(toward)) then
+         call gather_motion(first, n, toward, heading)
+         if (present(resultants)) then
+            call gather_stress(first, n, resultants, stress)
+            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
+                                stress=stress, toward=heading)
+         else
+            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
+                                toward=heading)
+         end if
       else if (present(resultants)) then
          call gather_stress(first, n, resultants, stress)
          call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
@@ -276,6 +313,17 @@ contains
       end if
       if (present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
    end subroutine evaluate_chunk
+
+   !> Nodal motions of the elements first + 1 ..., side by side.
+   pure subroutine gather_motion(first, n, motion, block)
+      integer, intent(in) :: first, n
+      real(wp), intent(in) :: motion(18, n)
+      real(wp), intent(out) :: block(lanes, 18)
+      integer :: l
+      do l = 1, lanes
+         block(l, :) = motion(:, first + merge(l, 1, first + l <= n))
+      end do
+   end subroutine gather_motion
 
    !> Resultants of the elements first + 1 ..., side by side.
    pure subroutine gather_stress(first, n, resultants, stress)

@@ -7,17 +7,17 @@
 module finshell_core
    use finshell_kinds, only: wp, i4, lanes
    use finshell_bending, only: bending_t, new_bending
-   use finshell_core_derivatives, only: stress_t, core_gradient, predict, core_material_hessian, stabilised_geometric, &
-      paper_geometric, von_karman_geometric, add_side_terms
+   use finshell_core_derivatives, only: stress_t, core_gradient, strain_variation, predict, core_material_hessian, &
+      stabilised_geometric, paper_geometric, von_karman_geometric, add_side_terms
    use finshell_core_strain, only: n_core, row, column, drilling_stiffness, add_drilling_force, stabilised_strain, paper_strain
    use finshell_drilling, only: drilling_t, new_drilling
    use finshell_filter, only: filter_t
    use finshell_material, only: level_force, level_tangent
    use finshell_reference, only: reference_t, higher_order_strain
-   use finshell_section, only: section_t, resultants_t, integrate, midsurface_thickness, formulation_s, points_per_block
+   use finshell_section, only: section_t, resultants_t, switches_t, integrate, midsurface_thickness, formulation_s, points_per_block
    implicit none
    private
-   public :: core_t, stress_t, evaluate_core, n_core
+   public :: core_t, stress_t, heading_t, evaluate_core, n_core
 
    type :: core_t
       real(wp) :: energy(lanes)
@@ -31,30 +31,41 @@ module finshell_core
       real(wp) :: geometric_gradient(lanes, n_core)
    end type core_t
 
+   !> For laws with switches (finshell_material): how much of the strains may be rounding, and where the element is about to move.
+   type :: heading_t
+      real(wp) :: floor(lanes) !< strain that rounding of the motion alone can make
+      logical :: directed = .false. !< false: it does not move, the rest is not looked at
+      real(wp) :: variation(lanes, n_core) !< of the core variables
+      real(wp) :: rate_floor(lanes) !< what of the change of strain rounding alone can make
+   end type heading_t
+
 contains
 
    !> Energy, gradient and Hessian of a block of elements.
    !>
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): with `stress`, the geometric part of the Hessian uses
    !> these resultants instead of its own. With `variation` of the core variables, the resultants linearised at this state are
-   !> returned as `predicted`, and no Hessian; both need level_tangent.
-   pure subroutine evaluate_core(section, level, ref, filter, axes, core, status, stress, variation, predicted)
+   !> returned as `predicted`, and no Hessian; both need level_tangent, as does a directed `heading`.
+   pure subroutine evaluate_core(section, level, ref, filter, axes, heading, core, status, stress, variation, predicted)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level
       type(reference_t), intent(in) :: ref
       type(filter_t), intent(in) :: filter
       real(wp), intent(in) :: axes(lanes, 2) !< cosine, sine of the material direction in the element frame
+      type(heading_t), intent(in) :: heading !< looked at by sections with switches
       type(core_t), intent(inout) :: core
       integer(i4), intent(inout) :: status(lanes)
       type(stress_t), intent(in), optional :: stress
       real(wp), intent(in), optional :: variation(lanes, n_core)
       type(stress_t), intent(out), optional :: predicted
+      type(switches_t) :: switches
       type(bending_t) :: bend
       type(drilling_t) :: drill
       real(wp) :: higher(lanes, 3, 3, 3), kh(lanes, 6), tau(lanes, 3), slope(lanes, 6)
       real(wp) :: membrane(lanes, 3, 3), dm(lanes, 3, n_core, 3)
       real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes), side(lanes, 3)
       real(wp) :: point_axes(points_per_block, 2)
+      real(wp) :: membrane_change(points_per_block, 3), curvature_change(points_per_block, 3)
       integer(i4) :: point_status(points_per_block)
       integer :: g, groups, i, j, k, v
 
@@ -86,7 +97,18 @@ contains
             core%curvature(k + 1:k + lanes, v) = -l*bend%curvature(:, v, g)
          end do
       end do
-      call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status)
+      if (section%switched) then
+         switches%directed = heading%directed
+         if (heading%directed) call strain_variation(groups, bend, dm, l, dl, heading%variation, switches%membrane, &
+                                                     switches%curvature)
+         do k = 0, 2*lanes, lanes
+            switches%floor(k + 1:k + lanes) = heading%floor
+            if (heading%directed) switches%rate_floor(k + 1:k + lanes) = heading%rate_floor
+         end do
+         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, switches)
+      else
+         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status)
+      end if
       where (status == 0) status = max(point_status(1:lanes), point_status(lanes + 1:2*lanes), &
                                        point_status(2*lanes + 1:3*lanes))
       core%stretch = l
@@ -104,7 +126,8 @@ contains
       if (groups == 1) call add_drilling_force(kh, tau, core%gradient)
       if (level < level_tangent) return
       if (present(variation) .and. present(predicted)) then
-         call predict(groups, core%resultants, bend, dm, l, dl, variation, predicted)
+         call strain_variation(groups, bend, dm, l, dl, variation, membrane_change, curvature_change)
+         call predict(core%resultants, membrane_change, curvature_change, predicted)
          return
       end if
 

@@ -9,7 +9,7 @@ module finshell_core_derivatives
    use finshell_section, only: resultants_t, points_per_block
    implicit none
    private
-   public :: stress_t, core_gradient, predict, core_material_hessian, stabilised_geometric, paper_geometric, &
+   public :: stress_t, core_gradient, strain_variation, predict, core_material_hessian, stabilised_geometric, paper_geometric, &
       von_karman_geometric, add_side_terms
 
    !> Resultants at the points, kept by mixed-integration-point Newton from one iteration to the next.
@@ -57,13 +57,12 @@ contains
       end do
    end subroutine core_gradient
 
-   !> Resultants, linearised: those of this state plus tangent times the strains of a variation of the core variables.
-   pure subroutine predict(groups, r, bend, dm, l, dl, variation, predicted)
+   !> Changes of membrane strain and curvature at the points for a variation of the core variables.
+   pure subroutine strain_variation(groups, bend, dm, l, dl, variation, membrane, curvature)
       integer, intent(in) :: groups
-      type(resultants_t), intent(in) :: r
       type(bending_t), intent(in) :: bend
       real(wp), intent(in) :: dm(lanes, 3, n_core, 3), l(lanes), dl(lanes, 3), variation(lanes, n_core)
-      type(stress_t), intent(out) :: predicted
+      real(wp), intent(out) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
       real(wp) :: de(lanes, 3), dk(lanes, 3), stretch(lanes)
       integer :: g, i, k, v
       stretch = dl(:, 1)*variation(:, 1) + dl(:, 2)*variation(:, 2) + dl(:, 3)*variation(:, 3)
@@ -86,15 +85,23 @@ contains
             end do
          end do
          k = lanes*(g - 1)
-         do v = 1, 3
-            predicted%n(k + 1:k + lanes, v) = r%n(k + 1:k + lanes, v)
-            predicted%m(k + 1:k + lanes, v) = r%m(k + 1:k + lanes, v)
-            do i = 1, 3
-               predicted%n(k + 1:k + lanes, v) = predicted%n(k + 1:k + lanes, v) &
-                  + r%a(k + 1:k + lanes, pack(v, i))*de(:, i) + r%b(k + 1:k + lanes, pack(v, i))*dk(:, i)
-               predicted%m(k + 1:k + lanes, v) = predicted%m(k + 1:k + lanes, v) &
-                  + r%b(k + 1:k + lanes, pack(v, i))*de(:, i) + r%d(k + 1:k + lanes, pack(v, i))*dk(:, i)
-            end do
+         membrane(k + 1:k + lanes, :) = de
+         curvature(k + 1:k + lanes, :) = dk
+      end do
+   end subroutine strain_variation
+
+   !> Resultants, linearised: those of this state plus tangent times changes of the strains.
+   pure subroutine predict(r, membrane, curvature, predicted)
+      type(resultants_t), intent(in) :: r
+      real(wp), intent(in) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
+      type(stress_t), intent(out) :: predicted
+      integer :: i, v
+      do v = 1, 3
+         predicted%n(:, v) = r%n(:, v)
+         predicted%m(:, v) = r%m(:, v)
+         do i = 1, 3
+            predicted%n(:, v) = predicted%n(:, v) + r%a(:, pack(v, i))*membrane(:, i) + r%b(:, pack(v, i))*curvature(:, i)
+            predicted%m(:, v) = predicted%m(:, v) + r%b(:, pack(v, i))*membrane(:, i) + r%d(:, pack(v, i))*curvature(:, i)
          end do
       end do
    end subroutine predict

@@ -4,8 +4,9 @@
 !> lists belong to finshell_batch.
 module finshell_element
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_core, only: core_t, stress_t, evaluate_core, n_core
+   use finshell_core, only: core_t, stress_t, heading_t, evaluate_core, n_core
    use finshell_filter, only: filter_t, new_filter
+   use finshell_heading, only: new_heading, set_direction
    use finshell_lift, only: lift, core_variation
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_reference, only: reference_t, new_reference
@@ -27,7 +28,7 @@ contains
 
    !> Energy, force and tangent of a block of elements.
    pure subroutine evaluate_block(section, level, nodes, displacement, rotation, convention, direction, energy, force, tangent, &
-                                  status, state, stress)
+                                  status, state, stress, toward)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3) !< (element, component, node)
@@ -39,9 +40,13 @@ contains
       integer(i4), intent(out) :: status(lanes)
       real(wp), intent(in), optional :: state(lanes, 4, 3) !< quaternions an increment starts from
       type(stress_t), intent(in), optional :: stress !< resultants for the geometric part of the tangent
+      !> Displacements and spins: the tangent is the one-sided one in this direction where a law has a switch (finshell_material).
+      !> With level_tangent only.
+      real(wp), intent(in), optional :: toward(lanes, 18)
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
+      type(heading_t) :: heading
       type(vector_rotation_t) :: vectors
       real(wp) :: node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
       integer :: i
@@ -56,7 +61,15 @@ contains
       axes(:, 1) = 1
       axes(:, 2) = 0
       if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
-      call evaluate_core(section, level, ref, filter, axes, core, status, stress)
+      if (section%switched) then
+         if (convention == rotation_quaternion) then
+            call new_heading(section, ref, nodes, displacement, rotation, heading)
+         else
+            call new_heading(section, ref, nodes, displacement, vectors%quaternion, heading)
+         end if
+         if (present(toward)) call set_direction(section, ref, filter, toward, heading)
+      end if
+      call evaluate_core(section, level, ref, filter, axes, heading, core, status, stress)
       energy = core%energy
       if (level < level_force) return
 
@@ -72,44 +85,52 @@ contains
    end subroutine evaluate_block
 
    !> Resultants at the points of a block of elements, linearised at this state for nodal displacements and spins.
-   pure subroutine predict_block(section, nodes, displacement, quaternion, increment, direction, stress, status)
+   pure subroutine predict_block(section, nodes, displacement, quaternion, increment, direction, stress, status, toward)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), quaternion(lanes, 4, 3), direction(lanes, 3)
       real(wp), intent(in) :: increment(lanes, 18) !< u1 t1 u2 t2 u3 t3, spins
       type(stress_t), intent(out) :: stress
       integer(i4), intent(out) :: status(lanes)
+      real(wp), intent(in), optional :: toward(lanes, 18) !< as in `evaluate_block`
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
+      type(heading_t) :: heading
       real(wp) :: axes(lanes, 2), variation(lanes, n_core)
       call deform(nodes, displacement, quaternion, ref, filter, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
       if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
       call core_variation(ref, filter, increment, variation)
-      call evaluate_core(section, level_tangent, ref, filter, axes, core, status, variation=variation, predicted=stress)
+      if (section%switched) then
+         call new_heading(section, ref, nodes, displacement, quaternion, heading)
+         if (present(toward)) call set_direction(section, ref, filter, toward, heading)
+      end if
+      call evaluate_core(section, level_tangent, ref, filter, axes, heading, core, status, variation=variation, predicted=stress)
    end subroutine predict_block
 
-   !> Resultants, thickness stretch and stresses of a block of elements.
+   !> Resultants, thickness stretch and stresses of a block of elements; stresses only if they are asked for, since a law may end
+   !> at the surfaces before it ends at the integration points.
    !>
    !> Components refer to the material direction projected on the element and the in-plane normal to it, carried along by R.
-   pure subroutine recover_block(section, nodes, displacement, rotation, convention, direction, stretch, force, moment, stress, &
-                                 status, state)
+   pure subroutine recover_block(section, nodes, displacement, rotation, convention, direction, stretch, force, moment, status, &
+                                 state, stress, stress_status)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3)
       integer, intent(in) :: convention
       real(wp), intent(out) :: stretch(lanes) !< thickness stretch of the midsurface
       real(wp), intent(out) :: force(lanes, 3) !< N11, N22, N12 per reference length, conjugate to Green-Lagrange strain
       real(wp), intent(out) :: moment(lanes, 3) !< M11, M22, M12
-      real(wp), intent(out) :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
-      integer(i4), intent(out) :: status(lanes)
+      integer(i4), intent(out) :: status(lanes) !< of all but the stresses
       real(wp), intent(in), optional :: state(lanes, 4, 3)
+      real(wp), intent(out), optional :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
+      integer(i4), intent(out), optional :: stress_status(lanes, 3) !< (bottom, middle, top); comes with `stress`
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
+      type(heading_t) :: heading
       type(vector_rotation_t) :: vectors
       real(wp) :: axes(lanes, 2), back(lanes, 2), membrane(lanes, 3), curvature(lanes, 3)
-      integer(i4) :: found(lanes)
       integer :: i
 
       if (convention == rotation_quaternion) then
@@ -120,7 +141,8 @@ contains
          call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
       end if
       call material_direction(ref, direction, axes, status)
-      call evaluate_core(section, level_force, ref, filter, axes, core, status)
+      heading%floor = 0 ! no tangent is asked for
+      call evaluate_core(section, level_force, ref, filter, axes, heading, core, status)
       stretch = core%stretch
       do i = 1, 3
          force(:, i) = mean(core%resultants%n(:, i))
@@ -128,18 +150,16 @@ contains
          membrane(:, i) = mean(core%membrane(:, i))
          curvature(:, i) = mean(core%curvature(:, i))
       end do
-      found = 0
-      do i = 1, 3
-         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, &
-                            stress(:, :, i), found)
-      end do
-      where (status == 0) status = found
       ! from the element frame into the material direction
       back(:, 1) = axes(:, 1)
       back(:, 2) = -axes(:, 2)
       call rotate_stress(lanes, back, force)
       call rotate_stress(lanes, back, moment)
+      if (.not. (present(stress) .and. present(stress_status))) return
       do i = 1, 3
+         stress_status(:, i) = status
+         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, &
+                            stress(:, :, i), stress_status(:, i))
          call rotate_stress(lanes, back, stress(:, :, i))
       end do
    end subroutine recover_block

@@ -5,7 +5,7 @@
 module finshell_history
    use finshell_disk, only: cut_in_system, length_in_system, rename_in_system
    use finshell_error, only: error_t, raise, text_of
-   use finshell_field, only: check_increment, increment_t, name_t
+   use finshell_field, only: check_increment, increment_t, monitor_value, name_t
    use finshell_kinds, only: i8, wp
    use finshell_status, only: status_io_error
    implicit none
@@ -79,7 +79,7 @@ contains
       end do
    end subroutine open_for_restart
 
-   !> Append one row. A row that is not finite is refused.
+   !> Append one row. A row that is not finite is refused, but for what it declares missing: this is written as NaN.
    subroutine append(self, record, error)
       class(history_file_t), intent(inout) :: self
       type(increment_t), intent(in) :: record
@@ -91,7 +91,7 @@ contains
       row = text_of(record%increment)//','//exact(record%load_factor)//','//text_of(record%iterations)//',' &
          & //text_of(record%negative_pivots)
       do i = 1, size(self%monitors)
-         row = row//','//exact(record%monitors(i))
+         row = row//','//exact(monitor_value(record, i))
       end do
       row = row//','//text_of(record%critical_point)//','//text_of(record%residual)//','//text_of(record%correction)
       call self%put(row, error)

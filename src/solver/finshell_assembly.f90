@@ -98,7 +98,7 @@ contains
 
    !> Evaluate all elements and add them up. Without `values` only forces are evaluated, which is cheaper.
    subroutine assemble(self, sections, coordinates, u, q, internal_force, status, bad_element, values, energy, material_axes, &
-                       threads, resultants)
+                       threads, resultants, toward)
       type(assembly_t), intent(in) :: self
       type(section_t), intent(in) :: sections(:)
       real(wp), intent(in) :: coordinates(:, :) !< (3, nodes) reference positions
@@ -113,8 +113,9 @@ contains
       integer, optional, intent(in) :: threads !< default: `paying_threads`
       !> (n_resultants, slots) from `predict_stress`: for the geometric part of the tangent; unallocated counts as absent.
       real(wp), optional, intent(in) :: resultants(:, :)
+      real(wp), optional, intent(in) :: toward(:, :) !< (6, nodes) see `evaluate_elements`; global axes; with `values`
       real(wp), allocatable :: patch_energy(:)
-      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :), stress(:, :)
+      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :), stress(:, :), d(:, :)
       integer(i4), allocatable :: element_status(:)
       integer :: p, c, i, j, s, n, most, team
 
@@ -126,13 +127,15 @@ contains
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
 
-      !$omp parallel num_threads(team) default(shared) private(x, v, r, f, k, w, axes, stress, element_status, p, c, i, j, s, n)
+      !$omp parallel num_threads(team) default(shared) &
+      !$omp private(x, v, r, f, k, w, axes, stress, d, element_status, p, c, i, j, s, n)
       allocate (x(3, 3, most), v(3, 3, most), r(4, 3, most), f(18, most), element_status(most))
       ! What is not asked for stays unallocated, and so counts as absent in the call below.
       if (present(values)) allocate (k(18, 18, most))
       if (present(energy)) allocate (w(most))
       if (present(material_axes)) allocate (axes(3, most))
       if (present(resultants) .and. present(values)) allocate (stress(n_resultants, most))
+      if (present(toward) .and. present(values)) allocate (d(18, most))
       if (present(values)) then
          !$omp do schedule(static)
          do i = 1, size(values)
@@ -155,12 +158,13 @@ contains
                   x(:, j, i) = coordinates(:, self%corner(j, s + i))
                   v(:, j, i) = u(:, self%corner(j, s + i))
                   r(:, j, i) = q(:, self%corner(j, s + i))
+                  if (allocated(d)) d(6*j - 5:6*j, i) = toward(:, self%corner(j, s + i))
                end do
                if (allocated(axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
                if (allocated(stress)) stress(:, i) = resultants(:, s + i)
             end do
             call evaluate_elements(sections(self%patches%group(p)), n, x, v, r(:, :, :n), rotation_quaternion, element_status, &
-                                   energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress)
+                                   energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress, toward=d)
             if (any(element_status(:n) /= status_ok)) then
                !$omp critical (finshell_bad_element)
                do i = 1, n
@@ -192,7 +196,7 @@ contains
    end subroutine assemble
 
    !> Resultants of all elements, linearised at this state for nodal displacements and spins (mixed-integration-point Newton).
-   subroutine predict_stress(self, sections, coordinates, u, q, increment, resultants, material_axes, threads)
+   subroutine predict_stress(self, sections, coordinates, u, q, increment, resultants, material_axes, threads, toward)
       type(assembly_t), intent(in) :: self
       type(section_t), intent(in) :: sections(:)
       real(wp), intent(in) :: coordinates(:, :), u(:, :), q(:, :) !< as for `assemble`
@@ -200,29 +204,34 @@ contains
       real(wp), intent(out) :: resultants(:, :) !< (n_resultants, slots): in the order of the assembly
       real(wp), optional, intent(in) :: material_axes(:, :)
       integer, optional, intent(in) :: threads !< default: `paying_threads`
-      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :)
+      real(wp), optional, intent(in) :: toward(:, :) !< as for `assemble`
+      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :), t(:, :)
       integer(i4), allocatable :: element_status(:)
       integer :: i, j, n, p, s, team
 
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
-      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, element_status, i, j, n, s)
+      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, t, element_status, i, j, n, s)
       do p = 1, size(self%patches%group)
          s = self%patches%first(p) - 1
          n = self%patches%first(p + 1) - self%patches%first(p)
          allocate (x(3, 3, n), v(3, 3, n), r(4, 3, n), d(18, n), axes(3, n), element_status(n))
+         if (present(toward)) allocate (t(18, n))
          do i = 1, n
             do j = 1, 3
                x(:, j, i) = coordinates(:, self%corner(j, s + i))
                v(:, j, i) = u(:, self%corner(j, s + i))
                r(:, j, i) = q(:, self%corner(j, s + i))
                d(6*j - 5:6*j, i) = increment(:, self%corner(j, s + i))
+               if (allocated(t)) t(6*j - 5:6*j, i) = toward(:, self%corner(j, s + i))
             end do
             axes(:, i) = [1, 0, 0]
             if (present(material_axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
          end do
-         call predict_resultants(sections(self%patches%group(p)), n, x, v, r, d, resultants(:, s + 1:s + n), element_status, axes)
+         call predict_resultants(sections(self%patches%group(p)), n, x, v, r, d, resultants(:, s + 1:s + n), element_status, axes, &
+                                 t)
          deallocate (x, v, r, d, axes, element_status)
+         if (allocated(t)) deallocate (t)
       end do
       !$omp end parallel do
    end subroutine predict_stress

@@ -50,6 +50,7 @@ module finshell_equilibrium
       integer, allocatable, private :: diagonal(:) !< (n) where it stands among the values
    contains
       procedure :: evaluate
+      procedure :: evaluate_toward
       procedure :: factorise
       procedure :: solve
       procedure :: move
@@ -149,11 +150,20 @@ contains
       end do
    end function lumped_weight
 
-   !> Forces, and with `tangent` the matrix. The one place where the elements are called.
+   !> Forces, and with `tangent` the matrix.
    subroutine evaluate(self, tangent, error)
       class(equilibrium_t), intent(inout) :: self
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
+      call self%evaluate_toward(tangent, error)
+   end subroutine evaluate
+
+   !> The same with the one-sided tangent in a direction of motion, for laws with switches. The one place that calls the elements.
+   subroutine evaluate_toward(self, tangent, error, toward)
+      class(equilibrium_t), intent(inout) :: self
+      logical, intent(in) :: tangent
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
       real(wp), allocatable :: unit_force(:, :, :), out_of_balance(:, :)
       integer :: status, bad_element, active
 
@@ -161,7 +171,8 @@ contains
          if (tangent) then
             self%assemblies = self%assemblies + 1
             call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               self%internal_force, status, bad_element, self%values, material_axes=s%direction, resultants=self%stress)
+               self%internal_force, status, bad_element, self%values, material_axes=s%direction, resultants=self%stress, &
+               toward=toward)
          else
             self%force_evaluations = self%force_evaluations + 1
             call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
@@ -200,7 +211,7 @@ contains
          call add_turning(self%external, self%internal_force, self%assembly, self%values)
          ! Moving the held components by the factor puts the structure out of balance too.
          call add_motion(self%structure, self%equations, self%moved_of, self%moved_elements, self%state, active, &
-            self%internal_force, out_of_balance)
+            self%internal_force, out_of_balance, toward)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
@@ -209,7 +220,7 @@ contains
       out_of_balance = self%external_force - self%internal_force
       call gather(self%equations, out_of_balance, self%residual)
       call self%measure_levels(out_of_balance)
-   end subroutine evaluate
+   end subroutine evaluate_toward
 
    !> Norms of external forces and of reactions, for the convergence criterion.
    subroutine measure_levels(self, out_of_balance)

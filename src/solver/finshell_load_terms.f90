@@ -118,7 +118,7 @@ contains
    end subroutine turn_moments
 
    !> Take the internal forces due to the motion of held nodes from rate.
-   subroutine add_motion(structure, equations, moved_of, elements, state, active, internal_force, rate)
+   subroutine add_motion(structure, equations, moved_of, elements, state, active, internal_force, rate, toward)
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       integer, intent(in) :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
@@ -127,6 +127,7 @@ contains
       integer, intent(in) :: active !< factor that changes: 1 load factor, 2 constant factor
       real(wp), intent(in) :: internal_force(:, :) !< (6, nodes) at the state
       real(wp), intent(inout) :: rate(:, :) !< (6, nodes)
+      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
       real(wp), allocatable :: motion(:, :)
       integer :: i
       if (size(elements) == 0) return
@@ -134,21 +135,24 @@ contains
       do i = 1, size(equations%moved)
          motion(:, equations%moved(i)) = -motion_at(equations, i, active, state%load_factor, state%constant_factor)
       end do
-      call add_stiffness_times(structure, elements, state, motion, rate)
+      call add_stiffness_times(structure, elements, state, motion, rate, toward)
       call turn_moments(internal_force, motion, rate)
    end subroutine add_motion
 
    !> Add the change of the internal forces of some elements with the motion of their nodes, linearised at a state.
-   subroutine add_stiffness_times(structure, elements, state, motion, force)
+   subroutine add_stiffness_times(structure, elements, state, motion, force, toward)
       type(structure_t), intent(in) :: structure
       integer, intent(in) :: elements(:)
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
       real(wp), intent(inout) :: force(:, :) !< (6, nodes)
+      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
+      real(wp), allocatable :: heading(:, :) ! unallocated it counts as absent in the call
       real(wp) :: x(3, 3, lanes), u(3, 3, lanes), q(4, 3, lanes), f(18, lanes), k(18, 18, lanes), direction(3, lanes), change(18)
       integer(i4) :: status(lanes)
       integer :: e, first, i, j, n, node, section
 
+      if (present(toward)) allocate (heading(18, lanes))
       first = 1
       do while (first <= size(elements))
          section = structure%element_section(elements(first))
@@ -165,9 +169,10 @@ contains
             end do
             direction(:, n) = [1, 0, 0]
             if (allocated(structure%direction)) direction(:, n) = structure%direction(:, e)
+            if (present(toward)) heading(:, n) = reshape(toward(:, structure%mesh%triangles(:, e)), [18])
          end do
          call evaluate_elements(structure%sections(section), n, x, u, q(:, :, :n), rotation_quaternion, status, force=f, &
-                                tangent=k, direction=direction, threads=1)
+                                tangent=k, direction=direction, threads=1, toward=heading)
          do i = 1, n
             associate (nodes => structure%mesh%triangles(:, elements(first + i - 1)))
                change = matmul(k(:, :, i), reshape(motion(:, nodes), [18]))
