@@ -229,6 +229,9 @@ contains
          ' cuts, ', seconds, ' s of CPU time'
       if (reporter%critical_points > 0) write (output_unit, '(i0,a)') reporter%critical_points, &
          ' limit or bifurcation points were passed (column critical_point of the history).'
+      if (reporter%snaps > 0) write (output_unit, '(2(i0,a))') reporter%snaps, &
+         ' increments SNAPPED to another state, the first is number ', reporter%first_snap, &
+         ' (column snap of the history): what follows may lie on another branch. Follow the path by arc-length to see it.'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
       write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &

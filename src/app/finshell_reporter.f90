@@ -33,6 +33,7 @@ module finshell_reporter
       integer :: unstable = 0 !< increments with negative pivots
       integer :: linear = 0 !< linear solutions and modes
       integer :: critical_points = 0 !< limit and bifurcation points
+      integer :: snaps = 0, first_snap = 0 !< increments that snapped; the first of them
       type(record_t) :: last
    contains
       procedure :: open => open_reports
@@ -86,6 +87,7 @@ contains
 
       row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)
       row%critical_point = record%event + merge(10, 0, record%located)
+      row%snap = merge(1, 0, record%snap)
       allocate (row%monitors(size(self%watches)))
       call monitored_values(self%problem, state, self%watches, row%monitors, error)
       if (allocated(error)) return
@@ -100,6 +102,11 @@ contains
          if (.not. self%quiet) call show_event(record)
       end if
       if (record%negative_pivots > 0) self%unstable = self%unstable + 1
+      if (record%snap) then
+         self%snaps = self%snaps + 1
+         if (self%first_snap == 0) self%first_snap = record%increment
+         if (.not. self%quiet) call show_snap(record)
+      end if
       self%last = record
       if (.not. self%output%fields) return
       if (mod(record%increment, max(1, self%output%every)) == 0 &
@@ -152,6 +159,17 @@ contains
          write (output_unit, '(5x,a)') event_name(record%event)//' passed since the increment before'
       end if
    end subroutine show_event
+
+   !> An increment that has left the path.
+   subroutine show_snap(record)
+      type(record_t), intent(in) :: record
+      if (abs(record%misfit) > 0.01_wp) then
+         write (output_unit, '(5x,a,f0.1,a)') 'SNAP: this state is not the continuation of the path; work and stored energy ' &
+            //'differ by ', 100*abs(record%misfit), ' %'
+      else
+         write (output_unit, '(5x,a)') 'SNAP: this state is not the continuation of the path; shorter increments found none'
+      end if
+   end subroutine show_snap
 
    !> Progress: increment, load factor, monitors, iterations, cuts, pivots, CPU seconds.
    subroutine show(self, record, values)

@@ -31,6 +31,7 @@ module finshell_field
       real(wp), allocatable :: monitors(:) !< in the order of the monitor names
       !> In the history only: 1 limit, 2 bifurcation, 3 both since the row before; 11, 12, 13 located here.
       integer :: critical_point = 0
+      integer :: snap = 0 !< in the history only: 1 the increment has snapped to another state
    end type increment_t
 
    !> A name of its own length, for lists of names.

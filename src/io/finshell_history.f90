@@ -1,6 +1,7 @@
 !> The history file NAME.history.csv: one row per converged increment, in full precision, flushed at once.
 !>
-!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point. Names are quoted where CSV needs it.
+!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point,snap.
+!> Names are quoted where CSV needs it.
 module finshell_history
    use finshell_error, only: error_t, raise, text_of
    use finshell_field, only: check_increment, increment_t, name_t
@@ -57,7 +58,7 @@ contains
       end if
       do i = 2, merge(0, size(lines), allocated(error))
          read (lines(i)%text, *, iostat=status) increment
-         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 4 + size(monitors)) &
+         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 5 + size(monitors)) &
             & call self%put(lines(i)%text, error)
          if (allocated(error)) exit
       end do
@@ -77,7 +78,7 @@ contains
       do i = 1, size(self%monitors)
          row = row//','//exact(record%monitors(i))
       end do
-      row = row//','//text_of(record%critical_point)
+      row = row//','//text_of(record%critical_point)//','//text_of(record%snap)
       call self%put(row, error)
    end subroutine append
 
@@ -131,7 +132,7 @@ contains
       do i = 1, size(monitors)
          line = line//','//quoted(monitors(i)%text)
       end do
-      line = line//',critical_point'
+      line = line//',critical_point,snap'
    end function header
 
    !> A name as CSV wants it: in quotes, doubled inside, when it holds a comma, a quote or a blank at its ends.

@@ -11,7 +11,8 @@ module finshell_path
    use finshell_status, only: status_not_converged
    use finshell_error, only: error_t, raise, text_of
    use finshell_problem, only: problem_t
-   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, control_name, prescribes_monitored
+   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, control_name, prescribes_monitored, &
+      snap_mark, snap_refuse
    use finshell_control, only: arc_norm, control_vector
    use finshell_newton, only: newton_result_t
    use finshell_predictor, only: history_t
@@ -21,7 +22,8 @@ module finshell_path
    use finshell_tracker, only: tracker_t, attempt_t, monitored
    use finshell_stability, only: stability_t, find_stability, event_between, no_event, bifurcation_point, limit_and_bifurcation
    use finshell_locate, only: locate, location_t
-   use finshell_caution, only: objection, grip_of, grip_is_back
+   use finshell_caution, only: objection, at_fold, fold_text, grip_of, grip_is_back
+   use finshell_balance, only: verdict_t
    use finshell_progress, only: progress_t
    implicit none
    private
@@ -83,6 +85,7 @@ contains
          self%size = self%history%length(1)
       else
          call self%history%forget()
+         self%tangent%known = .false.
          self%stability%sense = 0 ! a step may go back the way the one before has come
          self%size = targets%first_size
          self%load_weight = 0
@@ -123,6 +126,7 @@ contains
       problem%constant_phase = .true.
       call new_targets(targets, ramp, problem%state%constant_factor, 0.0_wp, error)
       call self%history%forget()
+      self%tangent%known = .false.
       self%stability%sense = 0
       self%size = targets%first_size
       if (.not. allocated(error)) call self%progress%begin(problem%state)
@@ -144,9 +148,10 @@ contains
       type(stability_t) :: after
       type(record_t) :: record
       type(location_t) :: place
+      type(verdict_t) :: verdict
       character(len=:), allocatable :: complaint
       integer :: done, cuts
-      logical :: no_landing, overshot, turning
+      logical :: no_landing, overshot, turning, ended
 
       done = 0
       do while (.not. targets%reached())
@@ -169,7 +174,7 @@ contains
                if (attempt%control /= control_vector) call self%look_back(problem, targets, attempt, overshot)
                if (overshot) cycle
                call find_stability(problem, result, self%increments == 0, self%stability, after, record%iterations)
-               call objection(self%tracker_t, problem, step, attempt, self%stability, after, complaint, turning)
+               call objection(self%tracker_t, problem, step, attempt, result, self%stability, after, complaint, turning, verdict)
                if (complaint == '') call self%mark(problem, step, targets, attempt, after, result, record, place, cuts, complaint)
                if (complaint == '') exit
                result%converged = .false.
@@ -179,14 +184,21 @@ contains
             call problem%restore()
             cuts = cuts + 1
             call self%fall_back(problem, step, targets, attempt, cuts, turning, no_landing)
-            if (cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor) then
+            ended = at_fold(self%tracker_t, attempt) .and. .not. self%leaping
+            if (step%snap == snap_mark .and. self%snapped_size > 0 .and. attempt%control == self%snapped_control &
+                .and. .not. self%leaping .and. (ended .or. exhausted())) then
+               self%leaping = .true.
+               self%size = self%snapped_size
+               cuts = 0
+            end if
+            if (exhausted() .or. (ended .and. step%snap == snap_refuse)) then
                self%iterations = self%iterations + record%iterations
                self%cuts = self%cuts + cuts
                call raise(error, result%code, where_text(step, problem)//': the next increment failed '//trim(merge( &
                   'too often                           ', 'and would be smaller than allowed   ', cuts > step%maximum_cuts)) &
                   //' ('//text_of(cuts) &
                   //' attempts, the last of size '//text_of(real(attempt%size, dp))//' in '//control_name(attempt%control) &
-                  //'): '//result%reason)
+                  //'): '//result%reason//fold_text(self%snapped_size))
                return
             end if
             attempt = self%plan(problem, step, targets, no_landing)
@@ -194,6 +206,8 @@ contains
          end do
 
          record%cuts = cuts
+         record%snap = verdict%snap
+         record%misfit = verdict%misfit
          call self%settle(problem, step, targets, attempt, result, record)
          self%stability = after
          if (record%located) call leave_path(self, problem, step, record%event, place)
@@ -201,6 +215,12 @@ contains
          call observer%increment(problem%state, self%last, error)
          if (allocated(error)) return
       end do
+
+   contains
+
+      logical function exhausted()
+         exhausted = cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor
+      end function exhausted
    end subroutine advance
 
    !> Note in the record what the increment passed; locate it on request. A point that cannot be located speaks against the
@@ -298,6 +318,8 @@ contains
       if (step%control == control_arc_length .and. first .and. step%load_scale > 0 .and. abs(change) > 0) &
          self%load_weight = (step%load_scale*arc_norm(x, problem%field, 0.0_wp, 0.0_wp)/change)**2
       length = arc_norm(x, problem%field, change, self%load_weight)
+      self%tangent = result%last
+      self%leaping = .false.
       call self%history%remember(x, change, moved, length)
 
       problem%state%increment = problem%state%increment + 1

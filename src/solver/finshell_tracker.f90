@@ -8,6 +8,7 @@ module finshell_tracker
    use finshell_control, only: constraint_t, control_vector, arc_norm
    use finshell_newton, only: newton_result_t, solve_increment
    use finshell_predictor, only: history_t
+   use finshell_balance, only: tangent_t
    use finshell_increment, only: toward, snapped, fraction_passed
    use finshell_targets, only: targets_t
    implicit none
@@ -33,6 +34,10 @@ module finshell_tracker
       real(wp) :: length_per_factor = 1 !< arc-length after its first increment: bounds are stated as load factors
       logical :: substitute = .false. !< arc-length stands in for a control whose quantity turns round
       real(wp), allocatable :: branch(:) !< the next increment leaves the path along this vector
+      type(tangent_t) :: tangent !< to the path at the last converged state; not known at the start of a step
+      real(wp) :: snapped_size = 0 !< of the first increment from here that was refused for a snap; 0: none
+      integer :: snapped_control = 0
+      logical :: leaping = .false. !< the path ends here: the next increment may snap
       real(wp), allocatable :: refused(:) !< an increment from here that was not believed
       real(wp), allocatable :: overshoot(:) !< an increment that is to be interpolated
       real(wp) :: overshoot_change = 0
