@@ -38,12 +38,13 @@ module finshell_balance
    type :: verdict_t
       logical :: known = .false.
       logical :: snap = .false. !< it leads to a state that the path does not lead to, or over more than two states can tell
-      real(wp) :: misfit = 0 !< (work - energy) over the larger of both, the smaller of both rules; 0 where they disagree in sign
+      real(wp) :: misfit = 0 !< (work - energy) over the larger of both, by the better of both rules
       real(wp) :: shortfall = 0 !< part of the change that both tangents say which a prescribed factor has not made
    end type verdict_t
 
    !> Limits, chosen by counts over examples/ (doc/path_following.md).
    real(wp), parameter :: largest_misfit = 0.1_wp, largest_shortfall = 0.5_wp
+   real(wp), parameter :: seasoned_misfit = 0.05_wp, seasoned_shortfall = 0.4_wp !< load control, behind another increment
    real(wp), parameter :: noise = 1.0e-9_wp !< of the stored energy: what rounding and tolerances may do
    real(wp), parameter :: rigid = 1.0e-11_wp !< of the energy of supports moved against a held structure: a rigid motion
    real(wp), parameter :: largest_turn = 2.5_wp !< beyond this a relative rotation may be one of more than half a turn
@@ -67,33 +68,39 @@ contains
 
    !> Is an increment the continuation of the path, as far as its two ends tell? Where the factor is prescribed it rises all the
    !> way on a smooth path; if both ends say that it rises much faster than it did, it has fallen between them: a jump over
-   !> two limit points, which no balance sees where the two branches are one path.
-   pure function judge(balance, from, to, x, change, prescribed, field) result(verdict)
+   !> two limit points, which no balance sees where the two branches are one path. A first increment may be very long, and a path
+   !> that is free to turn may be followed coarsely: there nothing is said where the two rules enclose the energy.
+   pure function judge(balance, from, to, x, change, prescribed, seasoned, field) result(verdict)
       type(balance_t), intent(in) :: balance
       type(tangent_t), intent(in) :: from, to
       real(wp), intent(in) :: x(:) !< the increment
       real(wp), intent(in) :: change !< of the factor
       logical, intent(in) :: prescribed !< load control
+      logical, intent(in) :: seasoned !< not the first increment
       integer(i1), intent(in) :: field(:)
       type(verdict_t) :: verdict
       real(wp) :: length, slower, plain, corrected, scale
+      logical :: strict
 
       verdict%known = balance%known .and. from%known .and. to%known
       if (.not. verdict%known) return
       length = arc_norm(x, field, 0.0_wp, 0.0_wp)
       plain = balance%work - balance%energy
       corrected = plain + hermite_correction(from, to, length, change, balance%duality)
-      scale = max(abs(balance%work), abs(balance%energy), 0.5_wp*balance%throughput, rigid*max(from%held, to%held)*change**2)
+      strict = prescribed .and. seasoned
+      scale = max(abs(balance%work), abs(balance%energy), rigid*max(from%held, to%held)*change**2)
+      if (.not. strict) scale = max(scale, 0.5_wp*balance%throughput)
       verdict%known = length > 0 .and. scale > 0 .and. ieee_is_finite(corrected) .and. ieee_is_finite(scale)
       if (.not. verdict%known) return
-      if (plain*corrected > 0) verdict%misfit = sign(min(abs(plain), abs(corrected)), plain)
+      if (strict .or. plain*corrected > 0) verdict%misfit = sign(min(abs(plain), abs(corrected)), plain)
       if (abs(verdict%misfit) <= noise*balance%level) verdict%misfit = 0
       verdict%misfit = verdict%misfit/scale
 
       slower = sign(1.0_wp, change)*min(sign(1.0_wp, change)*from%sense*length/from%length, &
                                         sign(1.0_wp, change)*to%sense*length/to%length)
       if (prescribed .and. slower*change > 0) verdict%shortfall = max(0.0_wp, 1 - change/slower)
-      verdict%snap = abs(verdict%misfit) > largest_misfit .or. verdict%shortfall > largest_shortfall
+      verdict%snap = abs(verdict%misfit) > merge(seasoned_misfit, largest_misfit, strict) &
+                     .or. verdict%shortfall > merge(seasoned_shortfall, largest_shortfall, strict)
    end function judge
 
    !> Work of nodal forces from one state to another: force times change of displacement, moment times relative rotation.
