@@ -254,6 +254,9 @@ contains
          ' limit or bifurcation points were passed (column critical_point of the history).'
       if (reporter%descents > 0) write (output_unit, '(i0,a)') reporter%descents, &
          ' increments were found by a descent to a stable state, where Newton''s iteration failed; others may exist.'
+      if (reporter%snaps > 0) write (output_unit, '(2(i0,a))') reporter%snaps, &
+         ' increments SNAPPED to another state, the first is number ', reporter%first_snap, &
+         ' (column snap of the history): what follows may lie on another branch. Follow the path by arc-length to see it.'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
       do i = 1, size(reporter%gaps)

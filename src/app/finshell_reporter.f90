@@ -50,6 +50,7 @@ module finshell_reporter
       integer :: rounded = 0 !< increments that rounding kept from their tolerance
       real(wp) :: residual = 0, correction = 0 !< worst of all increments
       logical :: stands_in = .false. !< arc-length stands in for the control of the step
+      integer :: snaps = 0, first_snap = 0 !< increments that snapped; the first of them
       type(record_t) :: last
       integer, allocatable :: watched_elements(:) !< those that have to be recovered for the monitors
       type(gap_t), allocatable :: gaps(:) !< monitors and fields with missing values
@@ -171,6 +172,7 @@ contains
       call self%evaluate(state, record, with_fields, row, recovery)
       row%residual = record%residual
       row%correction = record%correction
+      row%snap = merge(1, 0, record%snap)
       call self%history%append(row, error)
       if (allocated(error)) return
       do i = 1, size(self%watches)
@@ -202,6 +204,11 @@ contains
       self%residual = max(self%residual, record%residual)
       self%correction = max(self%correction, record%correction)
       if (record%negative_pivots > 0) self%unstable = self%unstable + 1
+      if (record%snap) then
+         self%snaps = self%snaps + 1
+         if (self%first_snap == 0) self%first_snap = record%increment
+         if (.not. self%quiet) call show_snap(record)
+      end if
       self%last = record
       if (with_fields) call self%write_fields(state, row, recovery, error)
    end subroutine increment
@@ -290,6 +297,17 @@ contains
          write (output_unit, '(5x,a)') event_name(record%event)//' passed since the increment before'
       end if
    end subroutine show_event
+
+   !> An increment that has left the path.
+   subroutine show_snap(record)
+      type(record_t), intent(in) :: record
+      if (abs(record%misfit) > 0.01_wp) then
+         write (output_unit, '(5x,a,f0.1,a)') 'SNAP: this state is not the continuation of the path; work and stored energy ' &
+            //'differ by ', 100*abs(record%misfit), ' %'
+      else
+         write (output_unit, '(5x,a)') 'SNAP: this state is not the continuation of the path; shorter increments found none'
+      end if
+   end subroutine show_snap
 
    !> Progress: increment, load factor, monitors, iterations, cuts, pivots, CPU seconds.
    subroutine show(self, record, values)

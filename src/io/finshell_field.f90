@@ -37,6 +37,7 @@ module finshell_field
       integer :: critical_point = 0
       real(wp) :: residual = 0 !< in the history only: relative, at convergence
       real(wp) :: correction = 0
+      integer :: snap = 0 !< in the history only: 1 the increment has snapped to another state
       logical, allocatable :: missing(:) !< (monitors) there is no value; unallocated: there are all
    end type increment_t
 

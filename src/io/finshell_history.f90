@@ -1,6 +1,6 @@
 !> The history file NAME.history.csv: one row per converged increment, values in full precision, flushed at once.
 !>
-!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point,residual,correction. Names are
+!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point,residual,correction,snap. Names are
 !> quoted where CSV needs it.
 module finshell_history
    use finshell_disk, only: cut_in_system, length_in_system, rename_in_system
@@ -73,7 +73,7 @@ contains
       end if
       do i = 2, merge(0, size(lines), allocated(error))
          read (lines(i)%text, *, iostat=status) increment
-         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 6 + size(monitors)) &
+         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 7 + size(monitors)) &
             & call self%put(lines(i)%text, error)
          if (allocated(error)) exit
       end do
@@ -93,7 +93,8 @@ contains
       do i = 1, size(self%monitors)
          row = row//','//exact(monitor_value(record, i))
       end do
-      row = row//','//text_of(record%critical_point)//','//text_of(record%residual)//','//text_of(record%correction)
+      row = row//','//text_of(record%critical_point)//','//text_of(record%residual)//','//text_of(record%correction) &
+         //','//text_of(record%snap)
       call self%put(row, error)
    end subroutine append
 
@@ -158,7 +159,7 @@ contains
       do i = 1, size(monitors)
          line = line//','//quoted(monitors(i)%text)
       end do
-      line = line//',critical_point,residual,correction'
+      line = line//',critical_point,residual,correction,snap'
    end function header
 
    !> A name as CSV wants it: in quotes, doubled inside, when it holds a comma, a quote or a blank at its ends.

@@ -7,12 +7,15 @@ module finshell_step
    private
    public :: step_t, convergence_t, convergence_preset
    public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
-   public :: prescribes_monitored, off_the_way
+   public :: prescribes_monitored, off_the_way, snap_ignore, snap_mark, snap_refuse
 
    !> What is prescribed in an increment: the load factor; a displacement; the length of the increment; an enclosed volume.
    integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3, control_volume = 4
    !> Steps that leave the state as it is: a linear solution, linear buckling (finshell_linear_step, finshell_buckling).
    integer, parameter :: control_linear = 11, control_buckling = 12
+
+   !> What becomes of an increment that snaps to another state, after it has been refined.
+   integer, parameter :: snap_ignore = 0, snap_mark = 1, snap_refuse = 2
 
    !> When an increment counts as converged: both criteria at once (norms: `finshell_convergence`).
    type :: convergence_t
@@ -62,6 +65,7 @@ module finshell_step
       logical :: switch_control = .true.
       logical :: descent = .true. !< load control: where Newton's method fails, look for a stable state near by going down in energy
       logical :: cautious = .false. !< refuse increments that bend sharply, jump in pivots or miss their prediction by far
+      integer :: snap = snap_mark !< see finshell_caution; snap_ignore: as any other increment
       integer :: patience = 200 !< increments without coming nearer to the target than before; 0: no limit
       logical :: locate = .false. !< locate limit and bifurcation points
       integer :: switch_branch = 0 !< follow the branch from this bifurcation point, counted within the step; 0: never

@@ -23,6 +23,8 @@ module finshell_equilibrium
    use finshell_load_terms, only: add_pressures, add_turning, add_motion
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
+   use finshell_balance, only: balance_t
+   use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
    use finshell_ground, only: is_soft, ground_stiffness
    use finshell_element_limit, only: element_trouble
@@ -37,6 +39,7 @@ module finshell_equilibrium
       type(linear_solver_t) :: solver
       real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
+      type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
@@ -55,6 +58,8 @@ module finshell_equilibrium
       procedure :: solve
       procedure :: move
       procedure :: increment
+      procedure :: balance
+      procedure :: keep_base
       procedure :: watch
       procedure :: watch_volume
       procedure :: monitored
@@ -112,6 +117,8 @@ contains
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       if (allocated(self%ground)) deallocate (self%ground)
+      self%entry = entry_t()
+      self%base_entry = entry_t()
       allocate (self%residual(self%n), self%rate(self%n), source=0.0_wp)
       allocate (self%values(pattern%entries()), self%internal_force(6, nodes), self%external_force(6, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
@@ -171,12 +178,12 @@ contains
          if (tangent) then
             self%assemblies = self%assemblies + 1
             call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               self%internal_force, status, bad_element, self%values, material_axes=s%direction, resultants=self%stress, &
-               toward=toward)
+               self%internal_force, status, bad_element, self%values, self%entry%energy, s%direction, &
+               resultants=self%stress, toward=toward)
          else
             self%force_evaluations = self%force_evaluations + 1
             call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               self%internal_force, status, bad_element, material_axes=s%direction)
+               self%internal_force, status, bad_element, energy=self%entry%energy, material_axes=s%direction)
          end if
       end associate
       if (status /= status_ok) then
@@ -206,21 +213,36 @@ contains
          call add_pressures(self%external, self%equations, self%moved_of, self%structure%mesh, self%state, self%assembly, active, &
             unit_force)
       end if
+      self%entry%unit_force = unit_force
       self%external_force = self%state%load_factor*unit_force(:, :, 1) + self%state%constant_factor*unit_force(:, :, 2)
       if (tangent) then
          call add_turning(self%external, self%internal_force, self%assembly, self%values)
          ! Moving the held components by the factor puts the structure out of balance too.
          call add_motion(self%structure, self%equations, self%moved_of, self%moved_elements, self%state, active, &
             self%internal_force, out_of_balance, toward)
+         self%motion_stiffness = -motion_times(self%equations, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
             self%structure%mesh, self%equations, self%state, self%watched, self%watched_rate)
       end if
       out_of_balance = self%external_force - self%internal_force
+      self%entry%reaction = -motion_times(self%equations, active, out_of_balance)
       call gather(self%equations, out_of_balance, self%residual)
       call self%measure_levels(out_of_balance)
    end subroutine evaluate_toward
+
+   subroutine keep_base(self)
+      class(equilibrium_t), intent(inout) :: self
+      self%base_entry = self%entry
+   end subroutine keep_base
+
+   function balance(self) result(value)
+      class(equilibrium_t), intent(inout) :: self
+      type(balance_t) :: value
+      if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
+         merge(2, 1, self%constant_phase), self%external, self%equations, self%moved_of, self%structure%mesh, self%assembly, value)
+   end function balance
 
    !> Norms of external forces and of reactions, for the convergence criterion.
    subroutine measure_levels(self, out_of_balance)

@@ -13,7 +13,8 @@ module finshell_newton
    use finshell_error, only: error_t, text_of
    use finshell_problem, only: problem_t
    use finshell_step, only: convergence_t, control_load, control_volume
-   use finshell_control, only: constraint_t, factor_change
+   use finshell_control, only: constraint_t, factor_change, arc_product
+   use finshell_balance, only: tangent_t, tangent_of
    use finshell_convergence, only: residual_ratio, correction_ratio, field_norms
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
@@ -30,6 +31,8 @@ module finshell_newton
       integer :: first_determinant = 0
       real(wp) :: first_change = 0 !< of the load factor, in the first correction
       real(wp) :: first_rotation = 0 !< largest of the first correction, before it was shortened
+      type(tangent_t) :: first !< tangent to the path where the iteration began
+      type(tangent_t) :: last !< where it ended; both a correction before that
       real(wp), allocatable :: x_t(:) !< change of the unknowns per load factor, last iteration; unallocated in load control
       integer :: regularised = 0 !< iterations with a stand-in stiffness or, in a descent, with inertia
       integer(i4) :: code = status_ok
@@ -80,7 +83,14 @@ contains
          if (result%code == status_singular_matrix .and. problem%soft) &
             call stand_in(problem, constraint, x, change, complete, result)
          if (result%code /= status_ok) return
-         if (result%iterations == 1) result%first_change = change
+         if (result%iterations == 1) then
+            result%first_change = change
+            if (allocated(result%x_t)) then
+               result%first = tangent_of(result%x_t, problem%rate, problem%motion_stiffness, problem%field, change)
+            else if (abs(change) > 0) then
+               result%first = tangent_of(x/change, problem%rate, problem%motion_stiffness, problem%field, change)
+            end if
+         end if
          if (problem%regularisation > 0) then
             complete = .false.
             result%regularised = result%regularised + 1
@@ -105,12 +115,16 @@ contains
          reached = met(problem, constraint, settings%correction)
          likely = likely .and. reached
          result%converged = likely .and. result%residual <= settings%residual
-         if (result%converged) return
-         if (complete .and. reached) then
-            call weigh_rounding(problem, settings, mean_levels, scale*x, earlier(1), likely, rounded, result)
-            if (result%converged) return
-         else
-            rounded = .false.
+         if (.not. result%converged) then
+            if (complete .and. reached) then
+               call weigh_rounding(problem, settings, mean_levels, scale*x, earlier(1), likely, rounded, result)
+            else
+               rounded = .false.
+            end if
+         end if
+         if (result%converged) then
+            call find_tangent(problem, increment, result)
+            return
          end if
          if (complete .and. 4*result%iterations >= 3*settings%maximum_iterations &
              .and. result%correction > maxval(earlier)) then
@@ -175,6 +189,27 @@ contains
                                 problem%size, problem%detail, reference)
       end function ratio
    end subroutine weigh_rounding
+
+   !> The tangent to the path where the iteration has converged; load control has not solved for it yet.
+   subroutine find_tangent(problem, increment, result)
+      class(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: increment(:)
+      type(newton_result_t), intent(inout) :: result
+      type(error_t), allocatable :: error
+      real(wp), allocatable :: x(:)
+      if (result%regularised > 0) then
+         result%first%known = .false.
+         return
+      end if
+      if (allocated(result%x_t)) then
+         x = result%x_t
+      else
+         allocate (x(problem%n))
+         call problem%solve(problem%rate, x, error)
+         if (allocated(error)) return
+      end if
+      result%last = tangent_of(x, problem%rate, problem%motion_stiffness, problem%field, arc_product(increment, x, problem%field))
+   end subroutine find_tangent
 
    !> Where the law has lost its stiffness: the correction with the stand-in. It fades in the iterations that follow.
    subroutine stand_in(problem, constraint, x, change, complete, result)

@@ -15,6 +15,8 @@ module finshell_observer
       integer :: negative_pivots = -1 !< of the last tangent; -1: not known (unsymmetric matrix)
       integer :: event = 0 !< limit or bifurcation point (finshell_stability) between this increment and the one before
       logical :: located = .false. !< the event is at this increment
+      logical :: snap = .false. !< it leads to another state than the path does (finshell_balance), after refining
+      real(wp) :: misfit = 0 !< of work and stored energy, relative
       real(wp) :: load_cosine = 0 !< located: between the null vector and the load
       integer :: regularised = 0 !< iterations with a stand-in for the stiffness that the law does not have (finshell_ground)
       logical :: descended = .false. !< found by a descent (finshell_descent), after Newton's method had failed

@@ -11,7 +11,7 @@ module finshell_path
    use finshell_status, only: status_not_converged
    use finshell_error, only: error_t, raise, text_of
    use finshell_problem, only: problem_t
-   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, prescribes_monitored
+   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, prescribes_monitored, snap_mark, snap_refuse
    use finshell_control, only: arc_norm, control_vector
    use finshell_newton, only: newton_result_t
    use finshell_predictor, only: history_t
@@ -21,7 +21,8 @@ module finshell_path
    use finshell_tracker, only: tracker_t, attempt_t, monitored
    use finshell_stability, only: stability_t, find_stability, event_between, no_event, bifurcation_point, limit_and_bifurcation
    use finshell_locate, only: locate, location_t
-   use finshell_caution, only: objection, grip_of, grip_is_back
+   use finshell_caution, only: objection, at_fold, fold_text, grip_of, grip_is_back
+   use finshell_balance, only: verdict_t
    use finshell_diagnosis, only: failure_t, failure_text, crawls_to_limit, where_text
    use finshell_progress, only: progress_t
    implicit none
@@ -92,6 +93,7 @@ contains
          self%size = self%history%length(1)
       else
          call self%history%forget()
+         self%tangent%known = .false.
          self%stability%sense = 0 ! a step may go back the way the one before has come
          self%size = targets%first_size
          self%load_weight = 0
@@ -133,6 +135,7 @@ contains
       problem%constant_phase = .true.
       call new_targets(targets, ramp, problem%state%constant_factor, 0.0_wp, error)
       call self%history%forget()
+      self%tangent%known = .false.
       self%stability%sense = 0
       self%size = targets%first_size
       if (.not. allocated(error)) call self%progress%begin(problem%state)
@@ -154,10 +157,11 @@ contains
       type(stability_t) :: after
       type(record_t) :: record
       type(location_t) :: place
+      type(verdict_t) :: verdict
       character(len=:), allocatable :: complaint
       type(failure_t) :: failure
       integer :: done, cuts
-      logical :: no_landing, overshot, turning
+      logical :: no_landing, overshot, turning, ended
 
       done = 0
       do while (.not. targets%reached())
@@ -186,7 +190,7 @@ contains
                if (attempt%control /= control_vector) call self%look_back(problem, targets, attempt, overshot)
                if (overshot) cycle
                call find_stability(problem, result, self%increments == 0, self%stability, after, record%iterations)
-               call objection(self%tracker_t, problem, step, attempt, self%stability, after, complaint, turning)
+               call objection(self%tracker_t, problem, step, attempt, result, self%stability, after, complaint, turning, verdict)
                if (complaint == '') call self%mark(problem, step, targets, attempt, after, result, record, place, cuts, complaint)
                if (complaint == '') exit
                result%converged = .false.
@@ -200,9 +204,16 @@ contains
             call problem%restore()
             cuts = cuts + 1
             call self%fall_back(problem, step, targets, attempt, cuts, turning, no_landing)
+            ended = at_fold(self%tracker_t, attempt) .and. .not. self%leaping
+            if (step%snap == snap_mark .and. self%snapped_size > 0 .and. attempt%control == self%snapped_control &
+                .and. .not. self%leaping .and. (ended .or. exhausted())) then
+               self%leaping = .true.
+               self%size = self%snapped_size
+               cuts = 0
+            end if
             failure%attempts = cuts
             failure%too_many = cuts > step%maximum_cuts
-            if (failure%too_many .or. self%size < targets%smallest_size*self%length_per_factor &
+            if (exhausted() .or. (ended .and. step%snap == snap_refuse) &
                 .or. (crawls_to_limit(failure, self%size, self%largest) .and. .not. step%smallest_increment > 0)) then
                self%iterations = self%iterations + record%iterations
                self%cuts = self%cuts + cuts
@@ -210,7 +221,7 @@ contains
                failure%last_control = attempt%control
                failure%last_size = attempt%size
                failure%reason = result%reason
-               call raise(error, result%code, where_text(step, problem)//': '//failure_text(failure))
+               call raise(error, result%code, where_text(step, problem)//': '//failure_text(failure)//fold_text(self%snapped_size))
                return
             end if
             attempt = self%plan(problem, step, targets, no_landing)
@@ -218,6 +229,8 @@ contains
          end do
 
          record%cuts = cuts
+         record%snap = verdict%snap
+         record%misfit = verdict%misfit
          call self%settle(problem, step, targets, attempt, result, record)
          self%stability = after
          if (record%located) call leave_path(self, problem, step, record%event, place)
@@ -225,6 +238,12 @@ contains
          call observer%increment(problem%state, self%last, error)
          if (allocated(error)) return
       end do
+
+   contains
+
+      logical function exhausted()
+         exhausted = cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor
+      end function exhausted
    end subroutine advance
 
    !> Note in the record what the increment passed; locate it on request. A point that cannot be located speaks against the
@@ -324,6 +343,8 @@ contains
       length = arc_norm(x, problem%field, change, self%load_weight)
       self%largest = max(self%largest, abs(change))
       self%laboured = fading*self%laboured + merge(1, 0, record%cuts > 0)
+      self%tangent = result%last
+      self%leaping = .false.
       call self%history%remember(x, change, moved, length)
       self%rough = attempt%descends .and. result%regularised > 0
       self%hampered = record%cuts > 0

@@ -8,6 +8,7 @@ module finshell_problem
    use finshell_error, only: error_t, raise
    use finshell_state, only: state_t
    use finshell_equations, only: field_rotation
+   use finshell_balance, only: balance_t
    implicit none
    private
    public :: problem_t
@@ -39,6 +40,7 @@ module finshell_problem
       real(wp), allocatable :: rate(:) !< (n) derivative of the residual with respect to the factor
       real(wp) :: force_level = 0 !< Euclidean norm of the external forces or of the reactions, whichever is larger
       real(wp) :: moment_level = 0 !< of the moments likewise
+      real(wp) :: motion_stiffness = 0 !< moved supports: derivative of the reaction to the motion, other nodes held
       ! Left by `factorise`:
       integer :: negative_pivots = -1 !< -1: not known
       integer :: determinant_sign = 0 !< 0: not known
@@ -55,6 +57,8 @@ module finshell_problem
       procedure(watch_interface), deferred :: watch
       procedure(monitored_interface), deferred :: monitored
       procedure :: watch_volume
+      procedure :: balance
+      procedure :: keep_base
       procedure :: largest_rotation
       procedure :: magnitude
       procedure :: factor
@@ -139,6 +143,13 @@ contains
       end if
    end subroutine watch_volume
 
+   !> Energy balance from `base` to `state`. To be overridden by problems that know their energy.
+   function balance(self) result(value)
+      class(problem_t), intent(inout) :: self
+      type(balance_t) :: value
+      value%known = self%n < 0
+   end function balance
+
    !> Largest rotation (radian) of a node in a correction. To be overridden where a rotation has several components.
    pure function largest_rotation(self, x, factor_change) result(angle)
       class(problem_t), intent(in) :: self
@@ -192,7 +203,14 @@ contains
       class(problem_t), intent(inout) :: self
       self%base = self%state
       if (allocated(self%stress)) deallocate (self%stress)
+      call self%keep_base()
    end subroutine accept
+
+   !> Remember of the accepted state what `balance` needs.
+   subroutine keep_base(self)
+      class(problem_t), intent(inout) :: self
+      if (self%n < 0) call self%restore()
+   end subroutine keep_base
 
    !> Forget the trial state.
    subroutine restore(self)

@@ -9,6 +9,7 @@ module finshell_tracker
    use finshell_newton, only: newton_result_t, solve_increment
    use finshell_descent, only: descend
    use finshell_predictor, only: history_t
+   use finshell_balance, only: tangent_t
    use finshell_increment, only: toward, snapped, fraction_passed, cut_ratio
    use finshell_targets, only: targets_t
    implicit none
@@ -38,6 +39,10 @@ module finshell_tracker
       logical :: rough = .false. !< the last increment was found by a descent only, so the next is sought by one at once
       logical :: hampered = .false. !< the last increment was cut
       real(wp), allocatable :: branch(:) !< the next increment leaves the path along this vector
+      type(tangent_t) :: tangent !< to the path at the last converged state; not known at the start of a step
+      real(wp) :: snapped_size = 0 !< of the first increment from here that was refused for a snap; 0: none
+      integer :: snapped_control = 0
+      logical :: leaping = .false. !< the path ends here: the next increment may snap
       real(wp), allocatable :: refused(:) !< an increment from here that was not believed
       real(wp), allocatable :: overshoot(:) !< an increment that is to be interpolated
       real(wp) :: overshoot_change = 0
