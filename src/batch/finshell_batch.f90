@@ -4,12 +4,14 @@
 !> and scattered back; every element is computed by the same operations wherever it stands, so results do not depend on the
 !> number of threads nor on how a mesh is split into calls.
 module finshell_batch
+   use finshell_block, only: block_t, check_input, check_results, vanishing
+   use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
    use finshell_element, only: evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, &
       rotation_increment
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_section, only: section_t
-   use finshell_status, only: status_ok, status_invalid_argument, status_not_a_number
+   use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
    private
@@ -20,11 +22,6 @@ module finshell_batch
    integer, parameter :: n_resultants = 18
    !> Blocks a thread must have to pay (some 100 us of work; waking a team takes about 10).
    integer, parameter :: blocks_per_thread = 32
-
-   !> A block of elements, side by side.
-   type :: block_t
-      real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3), state(lanes, 4, 3)
-   end type block_t
 
 contains
 
@@ -50,7 +47,9 @@ contains
       real(wp), intent(in), optional :: state(4, 3, n)
       !> For the geometric part of the tangent instead of the elements' own (mixed-integration-point Newton, `predict_resultants`).
       real(wp), intent(in), optional :: resultants(n_resultants, n)
+      type(environment_t) :: environment
       integer :: b, blocks, level, team
+      logical :: quiet
 
       if (bad_shape(rotation, convention, n, present(state))) then
          status = status_invalid_argument
@@ -66,18 +65,32 @@ contains
       team = 1
 !$    if (.not. omp_in_parallel()) team = min(omp_get_max_threads(), 1 + blocks/blocks_per_thread)
       if (present(threads)) team = max(1, threads)
+      quiet = .true.
       if (team == 1 .or. blocks == 1) then
+         call hold(environment)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
                                 direction, state, resultants)
          end do
+         quiet = all_quiet()
+         call release(environment)
       else
-!$omp parallel do schedule(static) num_threads(team)
+!$omp parallel num_threads(team) private(environment) reduction(.and.: quiet)
+         call hold(environment)
+!$omp do schedule(static)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
                                 direction, state, resultants)
          end do
-!$omp end parallel do
+!$omp end do
+         quiet = all_quiet()
+         call release(environment)
+!$omp end parallel
+      end if
+      if (.not. quiet) then
+         call hold(environment)
+         call check_results(n, status, energy, force, tangent)
+         call release(environment)
       end if
    end subroutine evaluate_elements
 
@@ -94,11 +107,13 @@ contains
       integer(i4), intent(out) :: status(n)
       real(wp), intent(in), optional :: direction(3, n)
       type(block_t) :: block
+      type(environment_t) :: environment
       type(stress_t) :: stress
       real(wp) :: increments(lanes, 18)
       integer(i4) :: found(lanes)
       integer :: first, g, l, v
 
+      call hold(environment)
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction)
          increments = 0
@@ -116,6 +131,7 @@ contains
             end do
          end do
       end do
+      call release(environment)
    end subroutine predict_resultants
 
    !> Recovered results of n elements: thickness stretch, resultants, stresses. Arguments as in `evaluate_elements`.
@@ -134,9 +150,11 @@ contains
       real(wp), intent(out), optional :: stress(3, 3, n) !< Cauchy stress (component; bottom, middle, top; element)
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
       type(block_t) :: block
+      type(environment_t) :: environment
       real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3), sigma(lanes, 3, 3)
-      integer(i4) :: found(lanes)
+      integer(i4) :: found(lanes), input(lanes)
       integer :: first, l
+      logical :: changed
 
       if (bad_shape(rotation, convention, n, present(state))) then
          status = status_invalid_argument
@@ -146,15 +164,20 @@ contains
          if (present(stress)) stress = 0
          return
       end if
+      call hold(environment)
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, rotation, convention, block, direction, state)
+         input = status_ok
+         call check_input(block, convention, present(direction), input, changed)
          if (convention == rotation_increment) then
             call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found, &
                                block%state)
          else
             call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found)
          end if
-         call check_input(block, convention, found)
+         where (found == status_ok .and. .not. vanishing(reshape(f, [3*lanes])) + vanishing(reshape(m, [3*lanes])) &
+                + vanishing(reshape(sigma, [9*lanes])) + 0*s <= 0) found = status_material_limit
+         where (input /= status_ok) found = input
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             if (present(stretch)) stretch(first + l) = merge(s(l), 0.0_wp, found(l) == status_ok)
@@ -163,6 +186,7 @@ contains
             if (present(stress)) stress(:, :, first + l) = merge(sigma(l, :, :), 0.0_wp, found(l) == status_ok)
          end do
       end do
+      call release(environment)
    end subroutine recover_elements
 
    !> Rotations must be (4, 3, >= n) quaternions or (3, 3, >= n) vectors; increments need a state.
@@ -199,38 +223,6 @@ contains
       end do
    end subroutine gather
 
-   !> NaN and infinity in the input, found by one sum over it.
-   pure subroutine check_input(block, convention, status)
-      type(block_t), intent(in) :: block
-      integer, intent(in) :: convention
-      integer(i4), intent(inout) :: status(lanes)
-      real(wp) :: total(lanes), length(lanes)
-      integer :: c, j
-      total = 0
-      do j = 1, 3
-         do c = 1, 3
-            total = total + abs(block%x(:, c, j)) + abs(block%u(:, c, j)) + abs(block%rotation(:, c, j))
-         end do
-         total = total + abs(block%rotation(:, 4, j)) + abs(block%direction(:, j))
-         if (convention == rotation_vector) cycle
-         if (convention == rotation_quaternion) then
-            length = absolute_sum(block%rotation(:, :, j))
-         else
-            length = absolute_sum(block%state(:, :, j))
-            total = total + length
-         end if
-         ! a quaternion of zeros is no rotation
-         where (length <= 0) status = status_invalid_argument
-      end do
-      where (.not. total <= huge(1.0_wp)) status = status_not_a_number
-   end subroutine check_input
-
-   pure function absolute_sum(q) result(s)
-      real(wp), intent(in) :: q(lanes, 4)
-      real(wp) :: s(lanes)
-      s = abs(q(:, 1)) + abs(q(:, 2)) + abs(q(:, 3)) + abs(q(:, 4))
-   end function absolute_sum
-
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
                              state, resultants)
@@ -245,20 +237,25 @@ contains
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
       integer(i4) :: found(lanes)
       integer :: i, l, used
+      logical :: changed
 
       used = min(lanes, n - first)
       call gather(first, n, x, u, rotation, convention, block, direction, state)
-      if (convention == rotation_increment) then
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                             block%state)
-      else if (present(resultants)) then
-         call gather_stress(first, n, resultants, stress)
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                             stress=stress)
-      else
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
-      end if
-      call check_input(block, convention, found)
+      do
+         if (convention == rotation_increment) then
+            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
+                                block%state)
+         else if (present(resultants)) then
+            call gather_stress(first, n, resultants, stress)
+            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
+                                stress=stress)
+         else
+            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
+         end if
+         ! only now: what was gathered one by one can be read in lanes after a while
+         call check_input(block, convention, present(direction), found, changed)
+         if (.not. changed) exit
+      end do
       status(first + 1:first + used) = found(1:used)
       do l = 1, used
          if (found(l) == status_ok) cycle

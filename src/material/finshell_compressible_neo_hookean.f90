@@ -149,8 +149,8 @@ contains
             a1 = 1.0_wp + 2.0_wp*e2(i)
             a2 = 1.0_wp + 2.0_wp*e1(i)
             a3 = -e3(i)
-            r = 1.0_wp/(lambda + 2.0_wp*mu*c33(i))
-            phi = lambda*l(b + i)*r*c(i)
+            r = lambda/(lambda + 2.0_wp*mu*c33(i))
+            phi = r*l(b + i)*c(i)
             dl(b + i, 1) = -phi*a1
             dl(b + i, 2) = -phi*a2
             dl(b + i, 3) = -phi*a3
@@ -161,10 +161,10 @@ contains
             a1 = 1.0_wp + 2.0_wp*e2(i)
             a2 = 1.0_wp + 2.0_wp*e1(i)
             a3 = -e3(i)
-            r = 1.0_wp/(lambda + 2.0_wp*mu*c33(i))
-            phi = lambda*l(b + i)*r*c(i)
+            r = lambda/(lambda + 2.0_wp*mu*c33(i))
+            phi = r*l(b + i)*c(i)
             m = 2.0_wp*phi*c(i)
-            k = m + phi*c(i)*lambda*(lambda - 2.0_wp*mu*c33(i))*r*r
+            k = m + phi*c(i)*r*(2.0_wp*r - 1.0_wp)
             ddl(b + i, 1) = k*a1*a1
             ddl(b + i, 2) = k*a2*a2
             ddl(b + i, 3) = k*a3*a3 + 0.5_wp*m*(a1*a2 - a3*a3)

@@ -4,7 +4,7 @@
 !>
 !> BLOCKS blocks of eight elements for each law of the registry (and for parameters at the edge of what laws are used for), each
 !> block with a thickness, formulation and convention of its own. Shapes down to angles of 1e-3 rad, h/L 1e-6 to 1, principal
-!> stretches 1/50 to 50 (1/1.3 to 1.3 for one element of three), rigid rotations of many turns, nodal rotations up to 2.5 rad on top.
+!> stretches 1/50 to 50 (1/1.3 to 1.3 for one element of three), rigid rotations of many turns, nodal rotations up to 2.5 rad.
 program precision_sample
    use, intrinsic :: iso_fortran_env, only: int64
    use finshell_batch, only: evaluate_elements, rotation_increment, rotation_quaternion, rotation_vector
