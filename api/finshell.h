@@ -9,6 +9,8 @@
  *     positive code. A failed element gets zeros; all others are done as if it were not there. When the call as a whole is
  *     refused (a NULL, a negative n, an unknown convention: code -1, index -1) no output is touched.
  *   - `status`, `codes` (the code of each element, int32_t[n]) and every pointer to a structure of results may be NULL.
+ *   - Every output is finite, or there is a code. No function raises a floating-point flag or trips a trap of the host's; flags,
+ *     traps and rounding are as they were when a function returns.
  *   - Nothing is printed, nothing ends the program, nothing is kept between calls. All functions may be called from any number
  *     of threads at once, also with the same section, as long as nobody destroys it meanwhile.
  *   - Matrices are by rows, matrix[row][column]; the stiffness of finshell_pressure_load alone is by columns (the others are
@@ -42,10 +44,11 @@ extern "C" {
 enum {
    FINSHELL_OK = 0,
    FINSHELL_COLLAPSED_ELEMENT = 1,    /* the current area is zero or not finite */
-   FINSHELL_MATERIAL_LIMIT = 2,       /* the law cannot be evaluated at this strain */
+   FINSHELL_MATERIAL_LIMIT = 2,       /* the law cannot be evaluated at this strain, or results overflow */
    FINSHELL_LARGE_ROTATION = 3,       /* a nodal rotation relative to its element nears pi */
    FINSHELL_INVALID_ARGUMENT = -1,    /* NULL, size, name or option; a direction or quaternion of zeros */
-   FINSHELL_DEGENERATE_REFERENCE = -2, /* the reference triangle has no area */
+   FINSHELL_DEGENERATE_REFERENCE = -2, /* the reference triangle has no area (height below 1e-10 of its longest side), or is not
+                                           between 1e-60 and 1e60 in size */
    FINSHELL_NOT_A_NUMBER = -3,        /* NaN or infinity in the input */
    FINSHELL_OUT_OF_MEMORY = -6
 };
@@ -219,8 +222,8 @@ int32_t finshell_pressure_load(int32_t n, const double *pressure, const double *
                           const double *origin, double *force, double *stiffness, int32_t *codes, finshell_status *status);
 
 /* ------------------------------------------------------------------ rotations
- * n at a time. Quaternions [n][4], scalar part first; inputs of any length, outputs of length 1. Errors: -1 NULL, or a
- * quaternion of zeros; -3; -6. All since 0.1. */
+ * n at a time. Quaternions [n][4], scalar part first; inputs of any length, outputs of length 1. Errors: -1 NULL, a
+ * quaternion of zeros, or a vector beyond 1e60; -3; -6. All since 0.1. */
 
 /* quaternion = exp(vector), vector [n][3]. */
 int32_t finshell_rotation_exp(int32_t n, const double *vector, double *quaternion, int32_t *codes, finshell_status *status);
@@ -228,7 +231,7 @@ int32_t finshell_rotation_exp(int32_t n, const double *vector, double *quaternio
 /* vector [n][3] = log(quaternion), |vector| <= pi. */
 int32_t finshell_rotation_log(int32_t n, const double *quaternion, double *vector, int32_t *codes, finshell_status *status);
 
-/* c = a b: first the rotation b, then a. */
+/* c = a b: first the rotation b, then a. c may be a or b. */
 int32_t finshell_rotation_compose(int32_t n, const double *a, const double *b, double *c, int32_t *codes,
                                   finshell_status *status);
 

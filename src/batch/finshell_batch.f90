@@ -4,12 +4,14 @@
 !> and scattered back; every element is computed by the same operations wherever it stands, so results do not depend on the
 !> number of threads nor on how a mesh is split into calls.
 module finshell_batch
+   use finshell_block, only: block_t, check_input, check_results, vanishing
+   use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
    use finshell_element, only: evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, &
       rotation_increment
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_section, only: section_t
-   use finshell_status, only: status_ok, status_invalid_argument, status_not_a_number
+   use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
    private
@@ -20,11 +22,6 @@ module finshell_batch
    integer, parameter :: n_resultants = 18
    !> Blocks a thread must have to pay (some 100 us of work; waking a team takes about 10).
    integer, parameter :: blocks_per_thread = 32
-
-   !> A block of elements, side by side.
-   type :: block_t
-      real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3), state(lanes, 4, 3)
-   end type block_t
 
 contains
 
@@ -53,7 +50,9 @@ contains
       !> Nodal displacements and spins, with rotation_quaternion and `tangent`: where a law has a switch, as fibres in tension only
       !> have it in the reference state, the tangent is the one-sided one in this direction; default: that without the fibres.
       real(wp), intent(in), optional :: toward(18, n)
+      type(environment_t) :: environment
       integer :: b, blocks, level, team
+      logical :: quiet
 
       if (bad_shape(rotation, convention, n, present(state))) then
          status = status_invalid_argument
@@ -69,18 +68,32 @@ contains
       team = 1
 !$    if (.not. omp_in_parallel()) team = min(omp_get_max_threads(), 1 + blocks/blocks_per_thread)
       if (present(threads)) team = max(1, threads)
+      quiet = .true.
       if (team == 1 .or. blocks == 1) then
+         call hold(environment)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
                                 direction, state, resultants, toward)
          end do
+         quiet = all_quiet()
+         call release(environment)
       else
-!$omp parallel do schedule(static) num_threads(team)
+!$omp parallel num_threads(team) private(environment) reduction(.and.: quiet)
+         call hold(environment)
+!$omp do schedule(static)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
                                 direction, state, resultants, toward)
          end do
-!$omp end parallel do
+!$omp end do
+         quiet = all_quiet()
+         call release(environment)
+!$omp end parallel
+      end if
+      if (.not. quiet) then
+         call hold(environment)
+         call check_results(n, status, energy, force, tangent)
+         call release(environment)
       end if
    end subroutine evaluate_elements
 
@@ -98,6 +111,7 @@ contains
       real(wp), intent(in), optional :: direction(3, n)
       real(wp), intent(in), optional :: toward(18, n) !< as in `evaluate_elements`
       type(block_t) :: block
+      type(environment_t) :: environment
       type(stress_t) :: stress
       real(wp) :: increments(lanes, 18)
       real(wp), allocatable :: heading(:, :) ! unallocated it counts as absent in the call
@@ -105,6 +119,7 @@ contains
       integer :: first, g, l, v
 
       if (present(toward)) allocate (heading(lanes, 18))
+      call hold(environment)
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction)
          increments = 0
@@ -123,6 +138,7 @@ contains
             end do
          end do
       end do
+      call release(environment)
    end subroutine predict_resultants
 
    !> Recovered results of n elements: thickness stretch, resultants, stresses. Arguments as in `evaluate_elements`.
@@ -144,12 +160,14 @@ contains
       !> Of the stresses (bottom, middle, top; element). Not present: a stress that fails is the element's failure.
       integer(i4), intent(out), optional :: stress_status(3, n)
       type(block_t) :: block
+      type(environment_t) :: environment
       real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3)
       ! what is not asked for stays unallocated, and so counts as absent in the call
       real(wp), allocatable :: sigma(:, :, :), start(:, :, :)
       integer(i4), allocatable :: surface(:, :)
-      integer(i4) :: found(lanes)
+      integer(i4) :: found(lanes), input(lanes)
       integer :: first, i, l
+      logical :: changed
 
       if (bad_shape(rotation, convention, n, present(state))) then
          status = status_invalid_argument
@@ -162,14 +180,21 @@ contains
       end if
       if (present(stress)) allocate (sigma(lanes, 3, 3), surface(lanes, 3))
       if (convention == rotation_increment) allocate (start(lanes, 4, 3))
+      call hold(environment)
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, rotation, convention, block, direction, state)
+         input = status_ok
+         call check_input(block, convention, present(direction), input, changed)
          if (allocated(start)) start = block%state
          call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, found, start, sigma, &
                             surface)
-         call check_input(block, convention, found)
+         where (found == status_ok .and. .not. vanishing(reshape(f, [3*lanes])) + vanishing(reshape(m, [3*lanes])) + 0*s <= 0) &
+            found = status_material_limit
+         where (input /= status_ok) found = input
          if (allocated(surface)) then
             do i = 1, 3
+               where (surface(:, i) == status_ok .and. .not. vanishing(reshape(sigma(:, :, i), [3*lanes])) <= 0) &
+                  surface(:, i) = status_material_limit
                where (found /= status_ok) surface(:, i) = found
             end do
             if (.not. present(stress_status)) then
@@ -189,6 +214,7 @@ contains
             if (present(stress_status)) stress_status(:, first + l) = surface(l, :)
          end do
       end do
+      call release(environment)
    end subroutine recover_elements
 
    !> Rotations must be (4, 3, >= n) quaternions or (3, 3, >= n) vectors; increments need a state.
@@ -225,38 +251,6 @@ contains
       end do
    end subroutine gather
 
-   !> NaN and infinity in the input, found by one sum over it.
-   pure subroutine check_input(block, convention, status)
-      type(block_t), intent(in) :: block
-      integer, intent(in) :: convention
-      integer(i4), intent(inout) :: status(lanes)
-      real(wp) :: total(lanes), length(lanes)
-      integer :: c, j
-      total = 0
-      do j = 1, 3
-         do c = 1, 3
-            total = total + abs(block%x(:, c, j)) + abs(block%u(:, c, j)) + abs(block%rotation(:, c, j))
-         end do
-         total = total + abs(block%rotation(:, 4, j)) + abs(block%direction(:, j))
-         if (convention == rotation_vector) cycle
-         if (convention == rotation_quaternion) then
-            length = absolute_sum(block%rotation(:, :, j))
-         else
-            length = absolute_sum(block%state(:, :, j))
-            total = total + length
-         end if
-         ! a quaternion of zeros is no rotation
-         where (length <= 0) status = status_invalid_argument
-      end do
-      where (.not. total <= huge(1.0_wp)) status = status_not_a_number
-   end subroutine check_input
-
-   pure function absolute_sum(q) result(s)
-      real(wp), intent(in) :: q(lanes, 4)
-      real(wp) :: s(lanes)
-      s = abs(q(:, 1)) + abs(q(:, 2)) + abs(q(:, 3)) + abs(q(:, 4))
-   end function absolute_sum
-
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
                              state, resultants, toward)
@@ -272,30 +266,32 @@ contains
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
       integer(i4) :: found(lanes)
       integer :: i, l, used
+      logical :: changed
 
       used = min(lanes, n - first)
       call gather(first, n, x, u, rotation, convention, block, direction, state)
-      if (convention == rotation_increment) then
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                             block%state)
-      else if (present(toward)) then
-         call gather_motion(first, n, toward, heading)
-         if (present(resultants)) then
-            call gather_stress(first, n, resultants, stress)
+      if (present(toward)) call gather_motion(first, n, toward, heading)
+      if (present(resultants)) call gather_stress(first, n, resultants, stress)
+      do
+         if (convention == rotation_increment) then
+            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
+                                block%state)
+         else if (present(toward) .and. present(resultants)) then
             call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
                                 stress=stress, toward=heading)
-         else
+         else if (present(toward)) then
             call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
                                 toward=heading)
+         else if (present(resultants)) then
+            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
+                                stress=stress)
+         else
+            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
          end if
-      else if (present(resultants)) then
-         call gather_stress(first, n, resultants, stress)
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                             stress=stress)
-      else
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
-      end if
-      call check_input(block, convention, found)
+         ! only now: what was gathered one by one can be read in lanes after a while
+         call check_input(block, convention, present(direction), found, changed)
+         if (.not. changed) exit
+      end do
       status(first + 1:first + used) = found(1:used)
       do l = 1, used
          if (found(l) == status_ok) cycle

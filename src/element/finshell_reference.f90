@@ -7,13 +7,18 @@ module finshell_reference
    use finshell_status, only: status_degenerate_reference
    implicit none
    private
-   public :: reference_t, new_reference, higher_order_strain, side_from, side_to, zeta, alpha_b
+   public :: reference_t, new_reference, judge_triangles, higher_order_strain, side_from, side_to, zeta, alpha_b
 
    !> Side k runs from node side_from(k) to node side_to(k).
    integer, parameter :: side_from(3) = [1, 2, 3], side_to(3) = [2, 3, 1], opposite_of_side(3) = [3, 1, 2]
 
    !> In-plane integration points: area coordinates (node, point), each of weight 1/3.
    real(wp), parameter :: zeta(3, 3) = reshape([4, 1, 1, 1, 4, 1, 1, 1, 4], [3, 3])/6.0_wp
+
+   !> A triangle whose height is this part of its longest side has lost six digits of its normal.
+   real(wp), parameter :: flattest = 1.0e-10_wp
+   !> Lengths beyond this, or below its inverse, are refused: the element multiplies four of them.
+   real(wp), parameter :: longest_side = 1.0e60_wp
 
    real(wp), parameter :: alpha_b = 1.5_wp !< force lumping of the basic part, the optimal value
 
@@ -34,7 +39,7 @@ contains
    pure subroutine new_reference(nodes, ref, status)
       real(wp), intent(in) :: nodes(lanes, 3, 3) !< (element, component, node)
       type(reference_t), intent(out) :: ref
-      integer(i4), intent(inout) :: status(lanes) !< status_degenerate_reference where the area vanishes
+      integer(i4), intent(inout) :: status(lanes) !< status_degenerate_reference, see judge_triangles
       real(wp), dimension(lanes, 3) :: a, b, c, column
       real(wp), dimension(lanes) :: length, twice_area, inverse
       integer :: g, i, k
@@ -46,10 +51,6 @@ contains
       c(:, 3) = a(:, 1)*b(:, 2) - a(:, 2)*b(:, 1)
       length = sqrt(a(:, 1)**2 + a(:, 2)**2 + a(:, 3)**2)
       twice_area = sqrt(c(:, 1)**2 + c(:, 2)**2 + c(:, 3)**2)
-      ! a triangle flatter than this has lost its normal to rounding
-      where (.not. twice_area > 64*epsilon(1.0_wp)*length*sqrt(b(:, 1)**2 + b(:, 2)**2 + b(:, 3)**2))
-         status = status_degenerate_reference
-      end where
       inverse = 1/length
       do i = 1, 3
          ref%frame(:, i, 1) = a(:, i)*inverse
@@ -76,6 +77,7 @@ contains
          end do
          ref%side2(:, k) = ref%side(:, 1, k)**2 + ref%side(:, 2, k)**2
       end do
+      call judge_triangles(lanes, twice_area, max(ref%side2(:, 1), ref%side2(:, 2), ref%side2(:, 3)), status)
       do i = 1, 2
          a(:, i) = (ref%x(:, i, 2) + ref%x(:, i, 3))/3
          do k = 1, 3
@@ -102,6 +104,20 @@ contains
          ref%basic(:, :, k) = column
       end do
    end subroutine new_reference
+
+   !> Whether triangles are ones to compute with, by the same measure for every numbering and unit of length; NaN are not.
+   pure subroutine judge_triangles(n, twice_area, longest2, status)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: twice_area(n)
+      real(wp), intent(in) :: longest2(n) !< longest sides, squared
+      integer(i4), intent(inout) :: status(n) !< status_degenerate_reference where they are not
+      integer :: i
+      logical :: sound
+      do i = 1, n
+         sound = twice_area(i) > flattest*longest2(i) .and. longest2(i) < longest_side**2 .and. longest2(i) > longest_side**(-2)
+         status(i) = merge(status(i), status_degenerate_reference, sound)
+      end do
+   end subroutine judge_triangles
 
    !> Basic drilling strain of node i: column of the force-lumping matrix over the area (equal drilling gives none).
    pure subroutine basic_column(ref, i, column)

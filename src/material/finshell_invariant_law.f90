@@ -3,7 +3,7 @@
 !> A law only supplies W(I1 - 3, I4 - 1) with its first and second derivatives (`response`); strain measures, stress and tangent
 !> are made here. C33 = 1/det C is eliminated, so that I1 = tr C + 1/det C. Notation as in finshell_mooney_rivlin.
 module finshell_invariant_law
-   use finshell_incompressible, only: incompressible_t, metric_limit
+   use finshell_incompressible, only: incompressible_t, metric_limit, shape_limit
    use finshell_kinds, only: wp, i4, lanes
    use finshell_material, only: level_force, level_tangent
    use finshell_status, only: status_material_limit
@@ -83,7 +83,7 @@ contains
             q = 4.0_wp*e(b + i, 1)*e(b + i, 2) - e(b + i, 3)*e(b + i, 3)
             delta = p + q
             det = (1.0_wp + 2.0_wp*e(b + i, 1))*(1.0_wp + 2.0_wp*e(b + i, 2)) - e(b + i, 3)*e(b + i, 3)
-            ok = det*metric_limit > 1.0_wp .and. p > -2.0_wp .and. max(delta, p) < metric_limit
+            ok = det*shape_limit > (2.0_wp + p)**2 .and. p > -2.0_wp .and. max(delta, p) < metric_limit
             ! a refused strain is evaluated like none, so that nothing traps or overflows
             e1(i) = merge(e(b + i, 1), 0.0_wp, ok)
             e2(i) = merge(e(b + i, 2), 0.0_wp, ok)
