@@ -193,6 +193,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: energy
       real(wp), allocatable :: x(:, :, :), u(:, :, :), q(:, :, :), direction(:, :), e(:)
+      logical, allocatable :: straight(:, :)
       integer, allocatable :: elements(:)
       integer(i4), allocatable :: status(:)
       integer :: i, s
@@ -200,10 +201,10 @@ contains
       associate (structure => problem%structure)
          do s = 1, size(structure%sections)
             elements = pack([(i, i=1, size(structure%element_section))], structure%element_section == s)
-            call gather_elements(problem, state, elements, x, u, q, direction)
+            call gather_elements(problem, state, elements, x, u, q, direction, straight)
             allocate (status(size(elements)), e(size(elements)))
             call evaluate_elements(structure%sections(s), size(elements), x, u, q, rotation_quaternion, status, energy=e, &
-                                   direction=direction)
+                                   direction=direction, straight=straight)
             energy = energy + sum(e)
             deallocate (status, e)
          end do

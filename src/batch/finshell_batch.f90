@@ -4,11 +4,11 @@
 !> and scattered back; every element is computed by the same operations wherever it stands, so results do not depend on the
 !> number of threads nor on how a mesh is split into calls.
 module finshell_batch
-   use finshell_block, only: block_t, check_input, check_results, vanishing
+   use finshell_block, only: check_input, check_results, vanishing
    use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_element, only: evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, &
-      rotation_increment
+   use finshell_element, only: block_t, evaluate_block, predict_block, recover_block, stress_t, rotation_vector, &
+      rotation_quaternion, rotation_increment
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
@@ -31,7 +31,7 @@ contains
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
    subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
-                                state, resultants, toward)
+                                state, resultants, toward, straight)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -50,6 +50,8 @@ contains
       !> Nodal displacements and spins, with rotation_quaternion and `tangent`: where a law has a switch, as fibres in tension only
       !> have it in the reference state, the tangent is the one-sided one in this direction; default: that without the fibres.
       real(wp), intent(in), optional :: toward(18, n)
+      !> Sides (nodes 1-2, 2-3, 3-1) that drilling rotations do not bend: those whose displacement is prescribed.
+      logical, intent(in), optional :: straight(3, n)
       type(environment_t) :: environment
       integer :: b, blocks, level, team
       logical :: quiet
@@ -73,7 +75,7 @@ contains
          call hold(environment)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, toward)
+                                direction, state, resultants, toward, straight)
          end do
          quiet = all_quiet()
          call release(environment)
@@ -83,7 +85,7 @@ contains
 !$omp do schedule(static)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, toward)
+                                direction, state, resultants, toward, straight)
          end do
 !$omp end do
          quiet = all_quiet()
@@ -101,7 +103,7 @@ contains
    !>
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): the stress of the next iterate is taken from the
    !> linearisation of the last one. The solution is unchanged, thin shells take much larger increments.
-   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, toward)
+   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, toward, straight)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), quaternion(4, 3, n)
@@ -110,24 +112,22 @@ contains
       integer(i4), intent(out) :: status(n)
       real(wp), intent(in), optional :: direction(3, n)
       real(wp), intent(in), optional :: toward(18, n) !< as in `evaluate_elements`
+      logical, intent(in), optional :: straight(3, n)
       type(block_t) :: block
       type(environment_t) :: environment
       type(stress_t) :: stress
       real(wp) :: increments(lanes, 18)
-      real(wp), allocatable :: heading(:, :) ! unallocated it counts as absent in the call
       integer(i4) :: found(lanes)
       integer :: first, g, l, v
 
-      if (present(toward)) allocate (heading(lanes, 18))
       call hold(environment)
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction)
+         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction, straight=straight, toward=toward)
          increments = 0
          do l = 1, min(lanes, n - first)
             increments(l, :) = increment(:, first + l)
          end do
-         if (present(toward)) call gather_motion(first, n, toward, heading)
-         call predict_block(section, block%x, block%u, block%rotation, increments, block%direction, stress, found, heading)
+         call predict_block(section, block, increments, stress, found)
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             do g = 1, 3
@@ -147,7 +147,7 @@ contains
    !> to the element), carried along by the element's rotation. Stresses are evaluated only if they are asked for: a law may end at
    !> the surfaces and not before. What fails is 0.
    subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
-                               state, stress_status)
+                               state, stress_status, straight)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -159,11 +159,12 @@ contains
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
       !> Of the stresses (bottom, middle, top; element). Not present: a stress that fails is the element's failure.
       integer(i4), intent(out), optional :: stress_status(3, n)
+      logical, intent(in), optional :: straight(3, n)
       type(block_t) :: block
       type(environment_t) :: environment
       real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3)
       ! what is not asked for stays unallocated, and so counts as absent in the call
-      real(wp), allocatable :: sigma(:, :, :), start(:, :, :)
+      real(wp), allocatable :: sigma(:, :, :)
       integer(i4), allocatable :: surface(:, :)
       integer(i4) :: found(lanes), input(lanes)
       integer :: first, i, l
@@ -179,15 +180,12 @@ contains
          return
       end if
       if (present(stress)) allocate (sigma(lanes, 3, 3), surface(lanes, 3))
-      if (convention == rotation_increment) allocate (start(lanes, 4, 3))
       call hold(environment)
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, rotation, convention, block, direction, state)
+         call gather(first, n, x, u, rotation, convention, block, direction, state, straight)
          input = status_ok
-         call check_input(block, convention, present(direction), input, changed)
-         if (allocated(start)) start = block%state
-         call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, found, start, sigma, &
-                            surface)
+         call check_input(block, present(direction), input, changed)
+         call recover_block(section, block, s, f, m, found, sigma, surface)
          where (found == status_ok .and. .not. vanishing(reshape(f, [3*lanes])) + vanishing(reshape(m, [3*lanes])) + 0*s <= 0) &
             found = status_material_limit
          where (input /= status_ok) found = input
@@ -228,12 +226,16 @@ contains
    end function bad_shape
 
    !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
-   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state)
+   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state, straight, toward)
       integer, intent(in) :: first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       type(block_t), intent(out) :: block
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), toward(18, n)
+      logical, intent(in), optional :: straight(3, n)
       integer :: c, e, j, l
+      block%convention = convention
+      block%has_toward = present(toward)
+      block%bulge = 1
       do l = 1, lanes
          e = first + merge(l, 1, first + l <= n)
          do j = 1, 3
@@ -248,48 +250,39 @@ contains
          block%direction(l, :) = [1.0_wp, 0.0_wp, 0.0_wp]
          if (present(direction)) block%direction(l, :) = direction(:, e)
          if (convention == rotation_increment) block%state(l, :, :) = state(:, :, e)
+         if (present(straight)) block%bulge(l, :) = merge(0.0_wp, 1.0_wp, straight(:, e))
+         if (present(toward)) block%toward(l, :) = toward(:, e)
       end do
    end subroutine gather
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state, resultants, toward)
+                             state, resultants, toward, straight)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), toward(18, n)
+      logical, intent(in), optional :: straight(3, n)
       type(block_t) :: block
       type(stress_t) :: stress
-      real(wp) :: heading(lanes, 18)
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
       integer(i4) :: found(lanes)
       integer :: i, l, used
       logical :: changed
 
       used = min(lanes, n - first)
-      call gather(first, n, x, u, rotation, convention, block, direction, state)
-      if (present(toward)) call gather_motion(first, n, toward, heading)
+      call gather(first, n, x, u, rotation, convention, block, direction, state, straight, toward)
       if (present(resultants)) call gather_stress(first, n, resultants, stress)
       do
-         if (convention == rotation_increment) then
-            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                                block%state)
-         else if (present(toward) .and. present(resultants)) then
-            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                                stress=stress, toward=heading)
-         else if (present(toward)) then
-            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                                toward=heading)
-         else if (present(resultants)) then
-            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                                stress=stress)
+         if (present(resultants)) then
+            call evaluate_block(section, level, block, eb, fb, kb, found, stress)
          else
-            call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
+            call evaluate_block(section, level, block, eb, fb, kb, found)
          end if
          ! only now: what was gathered one by one can be read in lanes after a while
-         call check_input(block, convention, present(direction), found, changed)
+         call check_input(block, present(direction), found, changed)
          if (.not. changed) exit
       end do
       status(first + 1:first + used) = found(1:used)
@@ -309,17 +302,6 @@ contains
       end if
       if (present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
    end subroutine evaluate_chunk
-
-   !> Nodal motions of the elements first + 1 ..., side by side.
-   pure subroutine gather_motion(first, n, motion, block)
-      integer, intent(in) :: first, n
-      real(wp), intent(in) :: motion(18, n)
-      real(wp), intent(out) :: block(lanes, 18)
-      integer :: l
-      do l = 1, lanes
-         block(l, :) = motion(:, first + merge(l, 1, first + l <= n))
-      end do
-   end subroutine gather_motion
 
    !> Resultants of the elements first + 1 ..., side by side.
    pure subroutine gather_stress(first, n, resultants, stress)

@@ -1,27 +1,21 @@
 !> A block of `lanes` elements side by side: its input and its results checked.
 module finshell_block
-   use finshell_element, only: rotation_increment, rotation_quaternion
+   use finshell_element, only: block_t, rotation_increment, rotation_quaternion
    use finshell_kinds, only: wp, i4, lanes
    use finshell_status, only: status_invalid_argument, status_large_rotation, status_material_limit, status_not_a_number, &
       status_ok
    implicit none
    private
-   public :: block_t, check_input, check_results, vanishing
+   public :: check_input, check_results, vanishing
 
    !> Quaternions and directions between the inverse of this and this are taken as they are; rotation vectors up to this.
    real(wp), parameter :: usual_length = 1.0e60_wp
 
-   !> A block of elements, side by side.
-   type :: block_t
-      real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3), state(lanes, 4, 3)
-   end type block_t
-
 contains
 
    !> NaN and infinity in the input; quaternions and directions of an absurd length are brought back to a usual one.
-   pure subroutine check_input(block, convention, has_direction, status, changed)
+   pure subroutine check_input(block, has_direction, status, changed)
       type(block_t), intent(inout) :: block
-      integer, intent(in) :: convention
       logical, intent(in) :: has_direction
       integer(i4), intent(inout) :: status(lanes)
       logical, intent(out) :: changed !< a length was: results do not belong to the block
@@ -42,9 +36,9 @@ contains
       do j = 1, 3
          square = block%rotation(:, 1, j)**2 + block%rotation(:, 2, j)**2 + block%rotation(:, 3, j)**2 + block%rotation(:, 4, j)**2
          most = most + square
-         if (convention == rotation_quaternion) least = min(least, square)
+         if (block%convention == rotation_quaternion) least = min(least, square)
       end do
-      if (convention == rotation_increment) then
+      if (block%convention == rotation_increment) then
          do j = 1, 3
             square = block%state(:, 1, j)**2 + block%state(:, 2, j)**2 + block%state(:, 3, j)**2 + block%state(:, 4, j)**2
             most = most + square
@@ -63,16 +57,16 @@ contains
       do j = 1, 3
          do c = 1, 4
             tr = tr + 0*block%rotation(:, c, j)
-            if (convention == rotation_increment) tr = tr + 0*block%state(:, c, j)
+            if (block%convention == rotation_increment) tr = tr + 0*block%state(:, c, j)
          end do
          tr = tr + 0*block%direction(:, j)
-         if (convention == rotation_quaternion) then
+         if (block%convention == rotation_quaternion) then
             call check_length(4, block%rotation(:, :, j), status, changed)
          else
             ! of a longer vector nothing is left of the angle
             where (.not. maxval(abs(block%rotation(:, 1:3, j)), 2) < usual_length) status = status_large_rotation
          end if
-         if (convention == rotation_increment) call check_length(4, block%state(:, :, j), status, changed)
+         if (block%convention == rotation_increment) call check_length(4, block%state(:, :, j), status, changed)
       end do
       ignored = status_ok ! a direction of zeros is an error only where it is needed
       call check_length(3, block%direction, ignored, changed)

@@ -9,14 +9,15 @@ module finshell_element
    use finshell_heading, only: new_heading, set_direction
    use finshell_lift, only: lift, core_variation
    use finshell_material, only: level_energy, level_force, level_tangent
-   use finshell_reference, only: reference_t, new_reference
+   use finshell_reference, only: reference_t, new_reference, straighten
    use finshell_section, only: section_t, cauchy_stress
    use finshell_status, only: status_invalid_argument
    use finshell_vector_rotation, only: vector_rotation_t, new_vector_rotation, turn_state, turned_frame, add_vector_curvature
    use finshell_voigt, only: rotate_stress
    implicit none
    private
-   public :: evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, rotation_increment
+   public :: block_t, evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, &
+      rotation_increment
 
    !> How nodal rotations are given, and what force and tangent refer to.
    !> rotation_vector: total rotation vectors (3 numbers), exact Hessian. rotation_quaternion: unit quaternions (4 numbers, scalar
@@ -24,88 +25,76 @@ module finshell_element
    !> Hessian with respect to the increment.
    integer, parameter :: rotation_vector = 1, rotation_quaternion = 2, rotation_increment = 3
 
+   !> Elements side by side, and what is common to them.
+   type :: block_t
+      real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3) !< reference coordinates and displacements (element, component, node)
+      real(wp) :: rotation(lanes, 4, 3) !< quaternion, or rotation vector in the first three components
+      integer :: convention !< rotation_vector, rotation_quaternion or rotation_increment
+      real(wp) :: state(lanes, 4, 3) !< quaternions an increment starts from
+      real(wp) :: direction(lanes, 3) !< material direction 1, global; used when the section is not isotropic
+      real(wp) :: bulge(lanes, 3) !< 0 for sides that drilling rotations do not bend, else 1
+      !> With quaternions and level_tangent only. Displacements and spins: the tangent is the one-sided one in this direction where
+      !> a law has a switch (finshell_material).
+      logical :: has_toward
+      real(wp) :: toward(lanes, 18)
+   end type block_t
+
 contains
 
    !> Energy, force and tangent of a block of elements.
-   pure subroutine evaluate_block(section, level, nodes, displacement, rotation, convention, direction, energy, force, tangent, &
-                                  status, state, stress, toward)
+   pure subroutine evaluate_block(section, level, block, energy, force, tangent, status, stress)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
-      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3) !< (element, component, node)
-      real(wp), intent(in) :: rotation(lanes, 4, 3) !< quaternion, or rotation vector in the first three components
-      integer, intent(in) :: convention !< rotation_vector, rotation_quaternion or rotation_increment
-      real(wp), intent(in) :: direction(lanes, 3) !< material direction 1, global; used when the section is not isotropic
+      type(block_t), intent(in) :: block
       real(wp), intent(inout) :: energy(lanes), force(lanes, 18)
       real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle
       integer(i4), intent(out) :: status(lanes)
-      real(wp), intent(in), optional :: state(lanes, 4, 3) !< quaternions an increment starts from
       type(stress_t), intent(in), optional :: stress !< resultants for the geometric part of the tangent
-      !> Displacements and spins: the tangent is the one-sided one in this direction where a law has a switch (finshell_material).
-      !> With level_tangent only.
-      real(wp), intent(in), optional :: toward(lanes, 18)
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
       type(heading_t) :: heading
       type(vector_rotation_t) :: vectors
-      real(wp) :: node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
+      real(wp) :: quaternion(lanes, 4, 3), node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
       integer :: i
 
-      if (convention == rotation_quaternion) then
-         call deform(nodes, displacement, rotation, ref, filter, status)
-      else
-         call new_vector_rotation(level, rotation, vectors)
-         if (present(state)) call turn_state(vectors, state)
-         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
-      end if
+      call deform(section, level, block, ref, filter, vectors, quaternion, heading, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
-      if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
-      if (section%switched) then
-         if (convention == rotation_quaternion) then
-            call new_heading(section, ref, nodes, displacement, rotation, heading)
-         else
-            call new_heading(section, ref, nodes, displacement, vectors%quaternion, heading)
-         end if
-         if (present(toward)) call set_direction(section, ref, filter, toward, heading)
-      end if
+      if (.not. section%isotropic) call material_direction(ref, block%direction, axes, status)
       call evaluate_core(section, level, ref, filter, axes, heading, core, status, stress)
       energy = core%energy
       if (level < level_force) return
 
       do i = 1, 3
-         if (convention == rotation_quaternion) then
+         if (block%convention == rotation_quaternion) then
             node_frame(:, :, :, i) = filter%rotation
          else
             call turned_frame(vectors, i, filter%rotation, node_frame(:, :, :, i))
          end if
       end do
       call lift(level, ref, filter, core, node_frame, force, moment, tangent)
-      if (level == level_tangent .and. convention /= rotation_quaternion) call add_vector_curvature(vectors, moment, tangent)
+      if (level == level_tangent .and. block%convention /= rotation_quaternion) call add_vector_curvature(vectors, moment, tangent)
    end subroutine evaluate_block
 
    !> Resultants at the points of a block of elements, linearised at this state for nodal displacements and spins.
-   pure subroutine predict_block(section, nodes, displacement, quaternion, increment, direction, stress, status, toward)
+   pure subroutine predict_block(section, block, increment, stress, status)
       type(section_t), intent(in) :: section
-      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), quaternion(lanes, 4, 3), direction(lanes, 3)
+      type(block_t), intent(in) :: block !< quaternions
       real(wp), intent(in) :: increment(lanes, 18) !< u1 t1 u2 t2 u3 t3, spins
       type(stress_t), intent(out) :: stress
       integer(i4), intent(out) :: status(lanes)
-      real(wp), intent(in), optional :: toward(lanes, 18) !< as in `evaluate_block`
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
       type(heading_t) :: heading
-      real(wp) :: axes(lanes, 2), variation(lanes, n_core)
-      call deform(nodes, displacement, quaternion, ref, filter, status)
+      type(vector_rotation_t) :: vectors
+      real(wp) :: quaternion(lanes, 4, 3), axes(lanes, 2), variation(lanes, n_core)
+      call deform(section, level_tangent, block, ref, filter, vectors, quaternion, heading, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
-      if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
+      if (.not. section%isotropic) call material_direction(ref, block%direction, axes, status)
       call core_variation(ref, filter, increment, variation)
-      if (section%switched) then
-         call new_heading(section, ref, nodes, displacement, quaternion, heading)
-         if (present(toward)) call set_direction(section, ref, filter, toward, heading)
-      end if
       call evaluate_core(section, level_tangent, ref, filter, axes, heading, core, status, variation=variation, predicted=stress)
    end subroutine predict_block
 
@@ -113,16 +102,13 @@ contains
    !> at the surfaces before it ends at the integration points.
    !>
    !> Components refer to the material direction projected on the element and the in-plane normal to it, carried along by R.
-   pure subroutine recover_block(section, nodes, displacement, rotation, convention, direction, stretch, force, moment, status, &
-                                 state, stress, stress_status)
+   pure subroutine recover_block(section, block, stretch, force, moment, status, stress, stress_status)
       type(section_t), intent(in) :: section
-      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3)
-      integer, intent(in) :: convention
+      type(block_t), intent(in) :: block
       real(wp), intent(out) :: stretch(lanes) !< thickness stretch of the midsurface
       real(wp), intent(out) :: force(lanes, 3) !< N11, N22, N12 per reference length, conjugate to Green-Lagrange strain
       real(wp), intent(out) :: moment(lanes, 3) !< M11, M22, M12
       integer(i4), intent(out) :: status(lanes) !< of all but the stresses
-      real(wp), intent(in), optional :: state(lanes, 4, 3)
       real(wp), intent(out), optional :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
       integer(i4), intent(out), optional :: stress_status(lanes, 3) !< (bottom, middle, top); comes with `stress`
       type(reference_t) :: ref
@@ -130,18 +116,11 @@ contains
       type(core_t) :: core
       type(heading_t) :: heading
       type(vector_rotation_t) :: vectors
-      real(wp) :: axes(lanes, 2), back(lanes, 2), membrane(lanes, 3), curvature(lanes, 3)
+      real(wp) :: quaternion(lanes, 4, 3), axes(lanes, 2), back(lanes, 2), membrane(lanes, 3), curvature(lanes, 3)
       integer :: i
 
-      if (convention == rotation_quaternion) then
-         call deform(nodes, displacement, rotation, ref, filter, status)
-      else
-         call new_vector_rotation(level_energy, rotation, vectors)
-         if (present(state)) call turn_state(vectors, state)
-         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
-      end if
-      call material_direction(ref, direction, axes, status)
-      heading%floor = 0 ! no tangent is asked for
+      call deform(section, level_force, block, ref, filter, vectors, quaternion, heading, status)
+      call material_direction(ref, block%direction, axes, status)
       call evaluate_core(section, level_force, ref, filter, axes, heading, core, status)
       stretch = core%stretch
       do i = 1, 3
@@ -171,15 +150,33 @@ contains
       m = (values(1:lanes) + values(lanes + 1:2*lanes) + values(2*lanes + 1:3*lanes))/3
    end function mean
 
-   !> Reference geometry and filtered motion of a block.
-   pure subroutine deform(nodes, displacement, quaternion, ref, filter, status)
-      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), quaternion(lanes, 4, 3)
+   !> Reference geometry and filtered motion of a block, and which way its laws' switches are looked at.
+   pure subroutine deform(section, level, block, ref, filter, vectors, quaternion, heading, status)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: level
+      type(block_t), intent(in) :: block
       type(reference_t), intent(out) :: ref
       type(filter_t), intent(out) :: filter
+      type(vector_rotation_t), intent(inout) :: vectors !< set unless the rotations are quaternions
+      real(wp), intent(out) :: quaternion(lanes, 4, 3)
+      type(heading_t), intent(inout) :: heading
       integer(i4), intent(out) :: status(lanes)
       status = 0
-      call new_reference(nodes, ref, status)
-      call new_filter(ref, displacement, quaternion, filter, status)
+      call new_reference(block%x, ref, status)
+      ref%bulge = block%bulge
+      if (any(block%bulge < 1)) call straighten(ref)
+      if (block%convention == rotation_quaternion) then
+         quaternion = block%rotation
+      else
+         call new_vector_rotation(level, block%rotation, vectors)
+         if (block%convention == rotation_increment) call turn_state(vectors, block%state)
+         quaternion = vectors%quaternion
+      end if
+      call new_filter(ref, block%u, quaternion, filter, status)
+      heading%floor = 0
+      if (.not. section%switched .or. level < level_tangent) return
+      call new_heading(section, ref, block%x, block%u, quaternion, heading)
+      if (block%has_toward) call set_direction(section, ref, filter, block%toward, heading)
    end subroutine deform
 
    !> Cosine and sine of the material direction projected on the element.

@@ -1,5 +1,6 @@
 !> Why an element cannot be evaluated, for messages: what has ended, of which law, and how far the element was stretched.
 module finshell_element_limit
+   use finshell_element_failure, only: rotation_failure
    use finshell_error, only: text_of
    use finshell_kinds, only: wp, dp, i4
    use finshell_state, only: state_t
@@ -12,11 +13,12 @@ module finshell_element_limit
 contains
 
    !> One sentence for an element with a status other than ok.
-   function element_trouble(structure, element, status, base) result(text)
+   function element_trouble(structure, element, status, base, state) result(text)
       type(structure_t), intent(in) :: structure
       integer, intent(in) :: element
       integer(i4), intent(in) :: status
       type(state_t), intent(in) :: base !< the last equilibrium state
+      type(state_t), intent(in) :: state !< where the element failed
       character(len=:), allocatable :: text
       text = 'element '//text_of(element)//': '
       select case (status)
@@ -27,7 +29,7 @@ contains
          text = text//'its area becomes zero; its principal stretches were '//stretches(structure, element, base) &
             //' at the last equilibrium'
       case (status_large_rotation)
-         text = text//'a node turns by nearly half a turn relative to it: refine there'
+         text = rotation_failure(structure%mesh, state, element, status)
       case default
          text = text//status_text(status)
       end select

@@ -20,9 +20,10 @@ module finshell_equilibrium
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
-   use finshell_load_terms, only: add_pressures, add_turning, add_motion
+   use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_turning, add_motion, motion_of_held
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
+   use finshell_lumped_weight, only: lumped_weight
    use finshell_balance, only: balance_t
    use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
@@ -40,6 +41,7 @@ module finshell_equilibrium
       real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
       type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
+      real(wp), allocatable :: bulge_force(:, :) !< (6, nodes) part of external_force that loaded sides owe to their bulge
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
@@ -97,7 +99,7 @@ contains
       call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
       if (allocated(error)) return
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
-         error, self%equations%frame, self%equations%frames)
+         error, self%equations%frame, self%equations%frames, self%equations%straight)
       if (allocated(error)) return
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
@@ -132,31 +134,6 @@ contains
       call new_state(self%iterate, nodes)
    end subroutine new_equilibrium
 
-   !> A mass of one per area, a third of an element at each node, with the radius of gyration of an element.
-   function lumped_weight(mesh, equations, detail) result(weight)
-      type(mesh_t), intent(in) :: mesh
-      type(equations_t), intent(in) :: equations
-      real(wp), intent(in) :: detail
-      real(wp), allocatable :: weight(:)
-      real(wp) :: area, a(3), b(3)
-      integer :: e, i, k
-      allocate (weight(equations%n), source=0.0_wp)
-      do e = 1, size(mesh%triangles, 2)
-         associate (nodes => mesh%triangles(:, e))
-            a = mesh%coordinates(:, nodes(2)) - mesh%coordinates(:, nodes(1))
-            b = mesh%coordinates(:, nodes(3)) - mesh%coordinates(:, nodes(1))
-            area = 0.5_wp*norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)])
-            do i = 1, 3
-               do k = 1, 6
-                  associate (at => equations%number(k, nodes(i)))
-                     if (at > 0) weight(at) = weight(at) + area/3*merge(1.0_wp, detail**2, k <= 3)
-                  end associate
-               end do
-            end do
-         end associate
-      end do
-   end function lumped_weight
-
    !> Forces, and with `tangent` the matrix.
    subroutine evaluate(self, tangent, error)
       class(equilibrium_t), intent(inout) :: self
@@ -171,7 +148,7 @@ contains
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
-      real(wp), allocatable :: unit_force(:, :, :), out_of_balance(:, :)
+      real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
       integer :: status, bad_element, active
 
       associate (s => self%structure)
@@ -189,7 +166,7 @@ contains
       if (status /= status_ok) then
          ! An infinite displacement is a diverged iteration, not a mistake of the input.
          call raise(error, merge(status_not_converged, status, status == status_not_a_number), &
-            element_trouble(self%structure, bad_element, status, self%base))
+            element_trouble(self%structure, bad_element, status, self%base, self%state))
          return
       end if
 
@@ -213,13 +190,24 @@ contains
          call add_pressures(self%external, self%equations, self%moved_of, self%structure%mesh, self%state, self%assembly, active, &
             unit_force)
       end if
+      bulges = 0*unit_force
+      if (tangent) then
+         call add_bulges(self%external, self%structure%mesh, self%state, self%assembly, bulges, self%values)
+      else
+         call add_bulges(self%external, self%structure%mesh, self%state, self%assembly, bulges)
+      end if
+      unit_force = unit_force + bulges
+      self%bulge_force = self%state%load_factor*bulges(:, :, 1) + self%state%constant_factor*bulges(:, :, 2)
       self%entry%unit_force = unit_force
       self%external_force = self%state%load_factor*unit_force(:, :, 1) + self%state%constant_factor*unit_force(:, :, 2)
       if (tangent) then
-         call add_turning(self%external, self%internal_force, self%assembly, self%values)
+         call add_turning(self%external, self%internal_force - self%bulge_force, self%assembly, self%values)
          ! Moving the held components by the factor puts the structure out of balance too.
-         call add_motion(self%structure, self%equations, self%moved_of, self%moved_elements, self%state, active, &
-            self%internal_force, out_of_balance, toward)
+         call add_motion(self%structure, self%equations, self%moved_elements, self%state, active, self%internal_force, &
+            out_of_balance, toward)
+         if (size(self%external%sides) > 0 .and. size(self%equations%moved) > 0) &
+            call change_of_bulges(self%external, self%structure%mesh, self%state, &
+                                  motion_of_held(self%equations, self%state, active), out_of_balance)
          self%motion_stiffness = -motion_times(self%equations, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
