@@ -163,7 +163,7 @@ contains
          no_landing = .false.
          if (allocated(self%refused)) deallocate (self%refused)
          attempt = self%plan(problem, step, targets, no_landing)
-         if (self%rough) attempt%descends = self%may_descend(problem, step, result, cuts, attempt)
+         if (self%rough) attempt%descends = self%may_descend(problem, step, targets, result, cuts, attempt)
          do
             call self%try(problem, step, targets, attempt, result)
             record%iterations = record%iterations + result%iterations
@@ -179,7 +179,7 @@ contains
                result%converged = .false.
                result%code = status_not_converged
                result%reason = complaint
-            else if (self%may_descend(problem, step, result, cuts, attempt)) then
+            else if (self%may_descend(problem, step, targets, result, cuts, attempt)) then
                call problem%restore()
                attempt%descends = .true.
                cycle
