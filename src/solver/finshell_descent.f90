@@ -32,6 +32,7 @@ module finshell_descent
       real(wp) :: stride = 0 !< the larger of the largest rotation and the largest displacement over the size of the structure
       real(wp) :: part = 1 !< of x that is made
       logical :: cut = .false. !< the part is less than was intended
+      logical :: unstable = .false. !< the matrix was indefinite somewhere on the way
       integer :: climbs = 0 !< times that a had to be raised for the matrix to become positive definite
    end type course_t
 
@@ -176,6 +177,7 @@ contains
          curvature = abs(course%work)/course%inertia
          if (problem%negative_pivots > 0 .or. course%work < 0) then
             course%climbs = course%climbs + 1
+            course%unstable = .true.
             a = max(climb*a, min(curvature, 1.0e3_wp*a))
             if (.not. a > 0) a = curvature
          else if (course%stride > tolerated*limit) then
@@ -217,8 +219,11 @@ contains
          course%cut = .true.
          if (course%part*course%stride < shortest) then
             result%code = status_not_converged
-            result%reason = 'a descent at this load ends in a state that is none of equilibrium'
-            if (allocated(error)) result%reason = result%reason//' ('//error%message//')'
+            result%reason = 'the forces jump'
+            if (allocated(error)) result%reason = error%message
+            result%reason = result%reason//' (a descent at this load leads there'
+            if (course%unstable) result%reason = result%reason//', buckling or wrinkling on the way'
+            result%reason = result%reason//')'
             return
          end if
          call problem%back_to_iterate()
