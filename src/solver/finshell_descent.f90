@@ -19,6 +19,7 @@ module finshell_descent
    use finshell_convergence, only: residual_ratio, correction_ratio
    use finshell_control, only: arc_norm
    use finshell_newton, only: newton_result_t
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
    public :: descend
@@ -103,7 +104,8 @@ contains
 
          ! As work = x (K + a M) x, there should remain of it the inertia and what the part leaves over.
          curvature = course%work/course%inertia
-         agreement = (after - course%part*(a*course%inertia) - (1 - course%part)*course%work)/course%work
+         agreement = 0
+         if (course%work > 0) agreement = (after - course%part*a*course%inertia - (1 - course%part)*course%work)/course%work
          if (course%cut) then
             falls = slow_fall
             a = max(a, curvature - a)*min(climb, 1/course%part)
@@ -140,6 +142,7 @@ contains
       type(error_t), allocatable :: error
       real(wp), allocatable :: rhs(:)
       real(wp) :: curvature
+      logical :: singular
 
       ok = .false.
       if (.not. allocated(course%x)) allocate (course%x(problem%n), source=0.0_wp)
@@ -157,12 +160,17 @@ contains
          result%iterations = result%iterations + 1
          call problem%factorise(error)
          if (.not. allocated(error)) call problem%solve(rhs, course%x, error)
-         if (allocated(error)) then
+         singular = allocated(error)
+         if (singular) then
             if (error%code /= status_singular_matrix) then
                result%code = error%code
                result%reason = error%message
                return
             end if
+         else
+            singular = .not. all(ieee_is_finite(course%x))
+         end if
+         if (singular) then
             a = max(10*a, least_inertia*maxval(abs(rhs))/(maxval(problem%weight)*problem%size))
             cycle
          end if
@@ -170,10 +178,7 @@ contains
          course%inertia = dot_product(course%x, problem%weight*course%x)
          course%stride = max(problem%largest_rotation(course%x, course%change), &
             maxval(abs(course%x), mask=problem%field == field_displacement)/problem%size)
-         if (.not. course%inertia > 0) then
-            ! Equilibrium already, to the last bit.
-            course%inertia = 1
-         end if
+         if (.not. course%inertia > 0) course%inertia = 1 ! equilibrium to the last bit: nothing moves
          curvature = abs(course%work)/course%inertia
          if (problem%negative_pivots > 0 .or. course%work < 0) then
             course%climbs = course%climbs + 1
