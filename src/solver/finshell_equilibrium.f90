@@ -24,7 +24,7 @@ module finshell_equilibrium
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
    use finshell_volume, only: volume_t, new_volume
-   use finshell_ground, only: is_soft, ground_stiffness
+   use finshell_ground, only: is_soft, ground_stiffness, lumped_weight
    implicit none
    private
    public :: equilibrium_t, new_equilibrium
@@ -130,31 +130,6 @@ contains
       end do
       length = length/(3*size(mesh%triangles, 2))
    end function mean_side
-
-   !> A mass of one per area, a third of an element at each node, with the radius of gyration of an element.
-   function lumped_weight(mesh, equations, detail) result(weight)
-      type(mesh_t), intent(in) :: mesh
-      type(equations_t), intent(in) :: equations
-      real(wp), intent(in) :: detail
-      real(wp), allocatable :: weight(:)
-      real(wp) :: area, a(3), b(3)
-      integer :: e, i, k
-      allocate (weight(equations%n), source=0.0_wp)
-      do e = 1, size(mesh%triangles, 2)
-         associate (nodes => mesh%triangles(:, e))
-            a = mesh%coordinates(:, nodes(2)) - mesh%coordinates(:, nodes(1))
-            b = mesh%coordinates(:, nodes(3)) - mesh%coordinates(:, nodes(1))
-            area = 0.5_wp*norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)])
-            do i = 1, 3
-               do k = 1, 6
-                  associate (at => equations%number(k, nodes(i)))
-                     if (at > 0) weight(at) = weight(at) + area/3*merge(1.0_wp, detail**2, k <= 3)
-                  end associate
-               end do
-            end do
-         end associate
-      end do
-   end function lumped_weight
 
    !> Forces, and with `tangent` the matrix. The one place where the elements are called.
    subroutine evaluate(self, tangent, error)
