@@ -19,6 +19,7 @@ module finshell_descent
    use finshell_convergence, only: residual_ratio, correction_ratio
    use finshell_control, only: arc_norm
    use finshell_newton, only: newton_result_t
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
    public :: descend
@@ -32,6 +33,7 @@ module finshell_descent
       real(wp) :: stride = 0 !< the larger of the largest rotation and the largest displacement over the size of the structure
       real(wp) :: part = 1 !< of x that is made
       logical :: cut = .false. !< the part is less than was intended
+      logical :: unstable = .false. !< the matrix was indefinite somewhere on the way
       integer :: climbs = 0 !< times that a had to be raised for the matrix to become positive definite
    end type course_t
 
@@ -102,7 +104,8 @@ contains
 
          ! As work = x (K + a M) x, there should remain of it the inertia and what the part leaves over.
          curvature = course%work/course%inertia
-         agreement = (after - course%part*(a*course%inertia) - (1 - course%part)*course%work)/course%work
+         agreement = 0
+         if (course%work > 0) agreement = (after - course%part*a*course%inertia - (1 - course%part)*course%work)/course%work
          if (course%cut) then
             falls = slow_fall
             a = max(a, curvature - a)*min(climb, 1/course%part)
@@ -139,6 +142,7 @@ contains
       type(error_t), allocatable :: error
       real(wp), allocatable :: rhs(:)
       real(wp) :: curvature
+      logical :: singular
 
       ok = .false.
       if (.not. allocated(course%x)) allocate (course%x(problem%n), source=0.0_wp)
@@ -156,12 +160,17 @@ contains
          result%iterations = result%iterations + 1
          call problem%factorise(error)
          if (.not. allocated(error)) call problem%solve(rhs, course%x, error)
-         if (allocated(error)) then
+         singular = allocated(error)
+         if (singular) then
             if (error%code /= status_singular_matrix) then
                result%code = error%code
                result%reason = error%message
                return
             end if
+         else
+            singular = .not. all(ieee_is_finite(course%x))
+         end if
+         if (singular) then
             a = max(10*a, least_inertia*maxval(abs(rhs))/(maxval(problem%weight)*problem%size))
             cycle
          end if
@@ -169,13 +178,11 @@ contains
          course%inertia = dot_product(course%x, problem%weight*course%x)
          course%stride = max(problem%largest_rotation(course%x, course%change), &
             maxval(abs(course%x), mask=problem%field == field_displacement)/problem%size)
-         if (.not. course%inertia > 0) then
-            ! Equilibrium already, to the last bit.
-            course%inertia = 1
-         end if
+         if (.not. course%inertia > 0) course%inertia = 1 ! equilibrium to the last bit: nothing moves
          curvature = abs(course%work)/course%inertia
          if (problem%negative_pivots > 0 .or. course%work < 0) then
             course%climbs = course%climbs + 1
+            course%unstable = .true.
             a = max(climb*a, min(curvature, 1.0e3_wp*a))
             if (.not. a > 0) a = curvature
          else if (course%stride > tolerated*limit) then
@@ -217,8 +224,11 @@ contains
          course%cut = .true.
          if (course%part*course%stride < shortest) then
             result%code = status_not_converged
-            result%reason = 'a descent at this load ends in a state that is none of equilibrium'
-            if (allocated(error)) result%reason = result%reason//' ('//error%message//')'
+            result%reason = 'the residual falls no further than '//text_of(real(result%residual, kind(1.0d0)))
+            if (allocated(error)) result%reason = error%message
+            result%reason = result%reason//' (a descent at this load leads there'
+            if (course%unstable) result%reason = result%reason//', buckling or wrinkling on the way'
+            result%reason = result%reason//')'
             return
          end if
          call problem%back_to_iterate()

@@ -23,11 +23,10 @@ module finshell_equilibrium
    use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_turning, add_motion, motion_of_held
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
-   use finshell_lumped_weight, only: lumped_weight
    use finshell_balance, only: balance_t
    use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
-   use finshell_ground, only: is_soft, ground_stiffness
+   use finshell_ground, only: is_soft, ground_stiffness, lumped_weight
    use finshell_element_limit, only: element_trouble
    implicit none
    private

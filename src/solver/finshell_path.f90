@@ -175,7 +175,7 @@ contains
          no_landing = .false.
          if (allocated(self%refused)) deallocate (self%refused)
          attempt = self%plan(problem, step, targets, no_landing)
-         if (self%rough) attempt%descends = self%may_descend(problem, step, result, cuts, attempt)
+         if (self%rough) attempt%descends = self%may_descend(problem, step, targets, result, cuts, attempt)
          failure = failure_t(control=step%control, increment=self%increments, pivots=self%stability%negative_pivots, &
                              factor=problem%factor(), way=self%history%way_to_limit(), size=attempt%size, &
                              slenderness=problem%slenderness, soft=problem%soft, constant=problem%constant_phase, &
@@ -196,7 +196,7 @@ contains
                result%converged = .false.
                result%code = status_not_converged
                result%reason = complaint
-            else if (self%may_descend(problem, step, result, cuts, attempt)) then
+            else if (self%may_descend(problem, step, targets, result, cuts, attempt)) then
                call problem%restore()
                attempt%descends = .true.
                cycle

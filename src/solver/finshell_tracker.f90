@@ -65,20 +65,23 @@ contains
    !> From a state without a path behind it: if the structure was too soft for a linear answer to the load (a flat sheet, a law
    !> without stiffness), else the load was too large. As slender strips are soft too, a quarter of the load is tried before
    !> the whole is left to a descent, unless the law is soft.
-   function may_descend(self, problem, step, result, cuts, attempt) result(yes)
+   function may_descend(self, problem, step, targets, result, cuts, attempt) result(yes)
       class(tracker_t), intent(in) :: self
       class(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
+      type(targets_t), intent(in) :: targets
       type(newton_result_t), intent(in) :: result
       integer, intent(in) :: cuts
       type(attempt_t), intent(inout) :: attempt
       logical :: yes
       real(wp) :: moved
+      logical :: last !< there is no point in a quarter
 
       yes = step%descent .and. allocated(problem%weight) .and. attempt%control == control_load .and. .not. attempt%descends &
          .and. .not. attempt%landing .and. (step%control == control_load .or. self%history%count == 0)
       if (.not. yes) return
-      yes = cuts > 0 .or. problem%soft .or. self%rough .or. self%hampered
+      last = self%hampered .or. cut_ratio*abs(attempt%size) < targets%smallest_size
+      yes = cuts > 0 .or. problem%soft .or. self%rough .or. last
       if (.not. yes) return
       moved = norm2(problem%base%displacement)
       if (self%history%count == 0 .and. .not. self%rough .and. &
@@ -90,7 +93,7 @@ contains
          if (allocated(attempt%predicted)) &
             attempt%reach = max(attempt%reach, arc_norm(attempt%predicted, problem%field, 0.0_wp, 0.0_wp))
       end if
-      if (yes .and. cuts == 1 .and. .not. self%hampered) attempt%size = attempt%size/cut_ratio
+      if (yes .and. cuts == 1 .and. .not. last) attempt%size = attempt%size/cut_ratio
    end function may_descend
 
    !> Choose what the next increment prescribes.

