@@ -196,6 +196,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: energy
       real(wp), allocatable :: x(:, :, :), u(:, :, :), q(:, :, :), direction(:, :), e(:)
+      logical, allocatable :: straight(:, :)
       integer, allocatable :: elements(:)
       integer(i4), allocatable :: status(:)
       integer :: i, s
@@ -203,10 +204,10 @@ contains
       associate (structure => problem%structure)
          do s = 1, size(structure%sections)
             elements = pack([(i, i=1, size(structure%element_section))], structure%element_section == s)
-            call gather(problem, state, elements, x, u, q, direction)
+            call gather(problem, state, elements, x, u, q, direction, straight)
             allocate (status(size(elements)), e(size(elements)))
             call evaluate_elements(structure%sections(s), size(elements), x, u, q, rotation_quaternion, status, energy=e, &
-                                   direction=direction)
+                                   direction=direction, straight=straight)
             energy = energy + sum(e)
             deallocate (status, e)
          end do
@@ -214,13 +215,15 @@ contains
    end function stored_energy
 
    !> Element arrays of some elements.
-   subroutine gather(problem, state, elements, x, u, q, direction)
+   subroutine gather(problem, state, elements, x, u, q, direction, straight)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: elements(:)
       real(wp), allocatable, intent(out) :: x(:, :, :), u(:, :, :), q(:, :, :), direction(:, :)
+      logical, allocatable, intent(out) :: straight(:, :) !< unallocated: none
       integer :: i, k, node
       allocate (x(3, 3, size(elements)), u(3, 3, size(elements)), q(4, 3, size(elements)), direction(3, size(elements)))
+      if (allocated(problem%equations%straight)) straight = problem%equations%straight(:, elements)
       associate (structure => problem%structure)
          do i = 1, size(elements)
             do k = 1, 3
@@ -274,6 +277,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: x(:, :, :), u(:, :, :), q(:, :, :), direction(:, :), l(:), n(:, :), m(:, :), sigma(:, :, :)
       integer, allocatable :: mine(:)
+      logical, allocatable :: straight(:, :)
       integer(i4), allocatable :: status(:)
       integer :: i, s
 
@@ -283,10 +287,10 @@ contains
          do s = 1, size(structure%sections)
             mine = pack([(i, i=1, size(elements))], structure%element_section(elements) == s)
             if (size(mine) == 0) cycle
-            call gather(problem, state, elements(mine), x, u, q, direction)
+            call gather(problem, state, elements(mine), x, u, q, direction, straight)
             allocate (status(size(mine)), l(size(mine)), n(3, size(mine)), m(3, size(mine)), sigma(3, 3, size(mine)))
             call recover_elements(structure%sections(s), size(mine), x, u, q, rotation_quaternion, status, l, n, m, sigma, &
-                                  direction)
+                                  direction, straight=straight)
             i = findloc(status == status_ok, .false., dim=1)
             if (i > 0) then
                call raise(error, status(i), 'element '//text_of(elements(mine(i)))//': '//status_text(status(i)))

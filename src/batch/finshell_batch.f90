@@ -24,6 +24,7 @@ module finshell_batch
    !> A block of elements, side by side.
    type :: block_t
       real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3), state(lanes, 4, 3)
+      real(wp) :: bulge(lanes, 3) !< 0 for a straight side, else 1
    end type block_t
 
 contains
@@ -34,7 +35,7 @@ contains
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
    subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
-                                state, resultants)
+                                state, resultants, straight)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -50,6 +51,8 @@ contains
       real(wp), intent(in), optional :: state(4, 3, n)
       !> For the geometric part of the tangent instead of the elements' own (mixed-integration-point Newton, `predict_resultants`).
       real(wp), intent(in), optional :: resultants(n_resultants, n)
+      !> Sides (nodes 1-2, 2-3, 3-1) that drilling rotations do not bend: those whose displacement is prescribed.
+      logical, intent(in), optional :: straight(3, n)
       integer :: b, blocks, level, team
 
       if (bad_shape(rotation, convention, n, present(state))) then
@@ -69,13 +72,13 @@ contains
       if (team == 1 .or. blocks == 1) then
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants)
+                                direction, state, resultants, straight)
          end do
       else
 !$omp parallel do schedule(static) num_threads(team)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants)
+                                direction, state, resultants, straight)
          end do
 !$omp end parallel do
       end if
@@ -85,7 +88,7 @@ contains
    !>
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): the stress of the next iterate is taken from the
    !> linearisation of the last one. The solution is unchanged, thin shells take much larger increments.
-   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction)
+   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, straight)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), quaternion(4, 3, n)
@@ -93,6 +96,7 @@ contains
       real(wp), intent(out) :: resultants(n_resultants, n)
       integer(i4), intent(out) :: status(n)
       real(wp), intent(in), optional :: direction(3, n)
+      logical, intent(in), optional :: straight(3, n)
       type(block_t) :: block
       type(stress_t) :: stress
       real(wp) :: increments(lanes, 18)
@@ -100,12 +104,12 @@ contains
       integer :: first, g, l, v
 
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction)
+         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction, straight=straight)
          increments = 0
          do l = 1, min(lanes, n - first)
             increments(l, :) = increment(:, first + l)
          end do
-         call predict_block(section, block%x, block%u, block%rotation, increments, block%direction, stress, found)
+         call predict_block(section, block%x, block%u, block%rotation, increments, block%direction, block%bulge, stress, found)
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             do g = 1, 3
@@ -123,7 +127,7 @@ contains
    !> Components 11, 22, 12 refer to the material direction projected on the element (global x by default, z where x is normal
    !> to the element), carried along by the element's rotation.
    subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
-                               state)
+                               state, straight)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -133,6 +137,7 @@ contains
       real(wp), intent(out), optional :: moment(3, n)
       real(wp), intent(out), optional :: stress(3, 3, n) !< Cauchy stress (component; bottom, middle, top; element)
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
+      logical, intent(in), optional :: straight(3, n)
       type(block_t) :: block
       real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3), sigma(lanes, 3, 3)
       integer(i4) :: found(lanes)
@@ -147,12 +152,13 @@ contains
          return
       end if
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, rotation, convention, block, direction, state)
+         call gather(first, n, x, u, rotation, convention, block, direction, state, straight)
          if (convention == rotation_increment) then
-            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found, &
-                               block%state)
+            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, block%bulge, s, f, m, &
+                               sigma, found, block%state)
          else
-            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, s, f, m, sigma, found)
+            call recover_block(section, block%x, block%u, block%rotation, convention, block%direction, block%bulge, s, f, m, &
+                               sigma, found)
          end if
          call check_input(block, convention, found)
          do l = 1, min(lanes, n - first)
@@ -176,11 +182,12 @@ contains
    end function bad_shape
 
    !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
-   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state)
+   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state, straight)
       integer, intent(in) :: first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       type(block_t), intent(out) :: block
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
+      logical, intent(in), optional :: straight(3, n)
       integer :: c, e, j, l
       do l = 1, lanes
          e = first + merge(l, 1, first + l <= n)
@@ -196,6 +203,11 @@ contains
          block%direction(l, :) = [1.0_wp, 0.0_wp, 0.0_wp]
          if (present(direction)) block%direction(l, :) = direction(:, e)
          if (convention == rotation_increment) block%state(l, :, :) = state(:, :, e)
+      end do
+      block%bulge = 1
+      if (.not. present(straight)) return
+      do l = 1, lanes
+         block%bulge(l, :) = merge(0.0_wp, 1.0_wp, straight(:, first + merge(l, 1, first + l <= n)))
       end do
    end subroutine gather
 
@@ -233,13 +245,14 @@ contains
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state, resultants)
+                             state, resultants, straight)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n)
+      logical, intent(in), optional :: straight(3, n)
       type(block_t) :: block
       type(stress_t) :: stress
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
@@ -247,16 +260,17 @@ contains
       integer :: i, l, used
 
       used = min(lanes, n - first)
-      call gather(first, n, x, u, rotation, convention, block, direction, state)
+      call gather(first, n, x, u, rotation, convention, block, direction, state, straight)
       if (convention == rotation_increment) then
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                             block%state)
+         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, block%bulge, eb, &
+                             fb, kb, found, block%state)
       else if (present(resultants)) then
          call gather_stress(first, n, resultants, stress)
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found, &
-                             stress=stress)
+         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, block%bulge, eb, &
+                             fb, kb, found, stress=stress)
       else
-         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, eb, fb, kb, found)
+         call evaluate_block(section, level, block%x, block%u, block%rotation, convention, block%direction, block%bulge, eb, &
+                             fb, kb, found)
       end if
       call check_input(block, convention, found)
       status(first + 1:first + used) = found(1:used)

@@ -8,7 +8,7 @@ module finshell_element
    use finshell_filter, only: filter_t, new_filter
    use finshell_lift, only: lift, core_variation
    use finshell_material, only: level_energy, level_force, level_tangent
-   use finshell_reference, only: reference_t, new_reference
+   use finshell_reference, only: reference_t, new_reference, straighten
    use finshell_section, only: section_t, cauchy_stress
    use finshell_status, only: status_invalid_argument
    use finshell_vector_rotation, only: vector_rotation_t, new_vector_rotation, turn_state, turned_frame, add_vector_curvature
@@ -26,14 +26,15 @@ module finshell_element
 contains
 
    !> Energy, force and tangent of a block of elements.
-   pure subroutine evaluate_block(section, level, nodes, displacement, rotation, convention, direction, energy, force, tangent, &
-                                  status, state, stress)
+   pure subroutine evaluate_block(section, level, nodes, displacement, rotation, convention, direction, bulge, energy, force, &
+                                  tangent, status, state, stress)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3) !< (element, component, node)
       real(wp), intent(in) :: rotation(lanes, 4, 3) !< quaternion, or rotation vector in the first three components
       integer, intent(in) :: convention !< rotation_vector, rotation_quaternion or rotation_increment
       real(wp), intent(in) :: direction(lanes, 3) !< material direction 1, global; used when the section is not isotropic
+      real(wp), intent(in) :: bulge(lanes, 3) !< 0 for sides that drilling rotations do not bend, else 1
       real(wp), intent(inout) :: energy(lanes), force(lanes, 18)
       real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle
       integer(i4), intent(out) :: status(lanes)
@@ -47,11 +48,11 @@ contains
       integer :: i
 
       if (convention == rotation_quaternion) then
-         call deform(nodes, displacement, rotation, ref, filter, status)
+         call deform(nodes, displacement, rotation, bulge, ref, filter, status)
       else
          call new_vector_rotation(level, rotation, vectors)
          if (present(state)) call turn_state(vectors, state)
-         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
+         call deform(nodes, displacement, vectors%quaternion, bulge, ref, filter, status)
       end if
       axes(:, 1) = 1
       axes(:, 2) = 0
@@ -72,17 +73,18 @@ contains
    end subroutine evaluate_block
 
    !> Resultants at the points of a block of elements, linearised at this state for nodal displacements and spins.
-   pure subroutine predict_block(section, nodes, displacement, quaternion, increment, direction, stress, status)
+   pure subroutine predict_block(section, nodes, displacement, quaternion, increment, direction, bulge, stress, status)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), quaternion(lanes, 4, 3), direction(lanes, 3)
       real(wp), intent(in) :: increment(lanes, 18) !< u1 t1 u2 t2 u3 t3, spins
+      real(wp), intent(in) :: bulge(lanes, 3)
       type(stress_t), intent(out) :: stress
       integer(i4), intent(out) :: status(lanes)
       type(reference_t) :: ref
       type(filter_t) :: filter
       type(core_t) :: core
       real(wp) :: axes(lanes, 2), variation(lanes, n_core)
-      call deform(nodes, displacement, quaternion, ref, filter, status)
+      call deform(nodes, displacement, quaternion, bulge, ref, filter, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
       if (.not. section%isotropic) call material_direction(ref, direction, axes, status)
@@ -93,11 +95,12 @@ contains
    !> Resultants, thickness stretch and stresses of a block of elements.
    !>
    !> Components refer to the material direction projected on the element and the in-plane normal to it, carried along by R.
-   pure subroutine recover_block(section, nodes, displacement, rotation, convention, direction, stretch, force, moment, stress, &
-                                 status, state)
+   pure subroutine recover_block(section, nodes, displacement, rotation, convention, direction, bulge, stretch, force, moment, &
+                                 stress, status, state)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), rotation(lanes, 4, 3), direction(lanes, 3)
       integer, intent(in) :: convention
+      real(wp), intent(in) :: bulge(lanes, 3)
       real(wp), intent(out) :: stretch(lanes) !< thickness stretch of the midsurface
       real(wp), intent(out) :: force(lanes, 3) !< N11, N22, N12 per reference length, conjugate to Green-Lagrange strain
       real(wp), intent(out) :: moment(lanes, 3) !< M11, M22, M12
@@ -113,11 +116,11 @@ contains
       integer :: i
 
       if (convention == rotation_quaternion) then
-         call deform(nodes, displacement, rotation, ref, filter, status)
+         call deform(nodes, displacement, rotation, bulge, ref, filter, status)
       else
          call new_vector_rotation(level_energy, rotation, vectors)
          if (present(state)) call turn_state(vectors, state)
-         call deform(nodes, displacement, vectors%quaternion, ref, filter, status)
+         call deform(nodes, displacement, vectors%quaternion, bulge, ref, filter, status)
       end if
       call material_direction(ref, direction, axes, status)
       call evaluate_core(section, level_force, ref, filter, axes, core, status)
@@ -152,13 +155,16 @@ contains
    end function mean
 
    !> Reference geometry and filtered motion of a block.
-   pure subroutine deform(nodes, displacement, quaternion, ref, filter, status)
+   pure subroutine deform(nodes, displacement, quaternion, bulge, ref, filter, status)
       real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), quaternion(lanes, 4, 3)
+      real(wp), intent(in) :: bulge(lanes, 3)
       type(reference_t), intent(out) :: ref
       type(filter_t), intent(out) :: filter
       integer(i4), intent(out) :: status(lanes)
       status = 0
       call new_reference(nodes, ref, status)
+      ref%bulge = bulge
+      if (any(bulge < 1)) call straighten(ref)
       call new_filter(ref, displacement, quaternion, filter, status)
    end subroutine deform
 

@@ -7,7 +7,7 @@ module finshell_reference
    use finshell_status, only: status_degenerate_reference
    implicit none
    private
-   public :: reference_t, new_reference, higher_order_strain, side_from, side_to, zeta, alpha_b
+   public :: reference_t, new_reference, straighten, higher_order_strain, side_from, side_to, zeta, alpha_b
 
    !> Side k runs from node side_from(k) to node side_to(k).
    integer, parameter :: side_from(3) = [1, 2, 3], side_to(3) = [2, 3, 1], opposite_of_side(3) = [3, 1, 2]
@@ -26,6 +26,7 @@ module finshell_reference
       real(wp) :: gradient(lanes, 2, 3) !< gradient of the area coordinate of each node
       real(wp) :: bubble(lanes, 2, 3, 3) !< gradient of the side function 4 zeta_i zeta_j (component, side, point)
       real(wp) :: basic(lanes, 3, 2) !< basic drilling strain (Voigt) per unit (tau_1 - tau_3), (tau_2 - tau_3)
+      real(wp) :: bulge(lanes, 3) !< set by the caller: 0 for a straight side, else 1
    end type reference_t
 
 contains
@@ -102,6 +103,30 @@ contains
          ref%basic(:, :, k) = column
       end do
    end subroutine new_reference
+
+   !> Keep sides straight: their drilling rotations move them no longer. For sides whose displacement is prescribed: it is linear
+   !> there, and what holds them does no work on a bulge.
+   pure subroutine straighten(ref)
+      type(reference_t), intent(inout) :: ref
+      real(wp), dimension(lanes) :: amplitude, gx, gy, nx, ny
+      real(wp) :: strain(lanes, 3)
+      integer :: k, v
+      do k = 1, 3
+         ! mean strain of the bulge alpha_b/8 (tau_to - tau_from) 4 zeta_i zeta_j along the outward normal times the length
+         amplitude = (1 - ref%bulge(:, k))*(-alpha_b/6)
+         nx = ref%side(:, 2, k)
+         ny = -ref%side(:, 1, k)
+         gx = ref%gradient(:, 1, opposite_of_side(k))
+         gy = ref%gradient(:, 2, opposite_of_side(k))
+         strain(:, 1) = amplitude*nx*gx
+         strain(:, 2) = amplitude*ny*gy
+         strain(:, 3) = amplitude*(nx*gy + ny*gx)
+         do v = 1, 3
+            if (k /= 3) ref%basic(:, v, side_from(k)) = ref%basic(:, v, side_from(k)) + strain(:, v)
+            if (k /= 2) ref%basic(:, v, merge(1, 2, k == 3)) = ref%basic(:, v, merge(1, 2, k == 3)) - strain(:, v)
+         end do
+      end do
+   end subroutine straighten
 
    !> Basic drilling strain of node i: column of the force-lumping matrix over the area (equal drilling gives none).
    pure subroutine basic_column(ref, i, column)

@@ -29,12 +29,13 @@ module finshell_assembly
       logical, allocatable :: framed(:) ! (slots) a node has axes of its own
       integer(i4), allocatable :: frame(:) ! (nodes) 0: global axes
       real(wp), allocatable :: frames(:, :, :)
+      logical, allocatable :: straight(:, :) ! (3, slots) sides kept straight
    end type assembly_t
 
 contains
 
    !> Prepare the assembly. Errors: status_invalid_argument when array sizes do not fit each other.
-   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames)
+   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames, straight)
       type(assembly_t), intent(out) :: self
       type(sparsity_t), intent(in) :: pattern !< of the same triangles and equations
       integer, intent(in) :: triangles(:, :) !< (3, elements)
@@ -43,6 +44,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer, optional, intent(in) :: frame(:) !< (nodes) axes of each node: index into frames, 0 = global
       real(wp), optional, intent(in) :: frames(:, :, :) !< (3, 3, :) orthonormal columns: the axes
+      logical, optional, intent(in) :: straight(:, :) !< (3, elements) sides that drilling rotations do not bend
       integer :: s, e
 
       self%elements = size(triangles, 2)
@@ -77,6 +79,7 @@ contains
          self%corner(:, s) = int(triangles(:, e), i4)
          self%framed(s) = any(self%frame(triangles(:, e)) > 0)
       end do
+      if (present(straight)) self%straight = straight(:, self%patches%element)
       call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
    end subroutine new_assembly
 
@@ -115,6 +118,7 @@ contains
       real(wp), optional, intent(in) :: resultants(:, :)
       real(wp), allocatable :: patch_energy(:)
       real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :), stress(:, :)
+      logical, allocatable :: straight(:, :)
       integer(i4), allocatable :: element_status(:)
       integer :: p, c, i, j, s, n, most, team
 
@@ -126,13 +130,15 @@ contains
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
 
-      !$omp parallel num_threads(team) default(shared) private(x, v, r, f, k, w, axes, stress, element_status, p, c, i, j, s, n)
+      !$omp parallel num_threads(team) default(shared) private(x, v, r, f, k, w, axes, stress, straight, element_status, &
+      !$omp p, c, i, j, s, n)
       allocate (x(3, 3, most), v(3, 3, most), r(4, 3, most), f(18, most), element_status(most))
       ! What is not asked for stays unallocated, and so counts as absent in the call below.
       if (present(values)) allocate (k(18, 18, most))
       if (present(energy)) allocate (w(most))
       if (present(material_axes)) allocate (axes(3, most))
       if (present(resultants) .and. present(values)) allocate (stress(n_resultants, most))
+      if (allocated(self%straight)) allocate (straight(3, most))
       if (present(values)) then
          !$omp do schedule(static)
          do i = 1, size(values)
@@ -158,9 +164,11 @@ contains
                end do
                if (allocated(axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
                if (allocated(stress)) stress(:, i) = resultants(:, s + i)
+               if (allocated(straight)) straight(:, i) = self%straight(:, s + i)
             end do
             call evaluate_elements(sections(self%patches%group(p)), n, x, v, r(:, :, :n), rotation_quaternion, element_status, &
-                                   energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress)
+                                   energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress, &
+                                   straight=straight)
             if (any(element_status(:n) /= status_ok)) then
                !$omp critical (finshell_bad_element)
                do i = 1, n
@@ -201,15 +209,18 @@ contains
       real(wp), optional, intent(in) :: material_axes(:, :)
       integer, optional, intent(in) :: threads !< default: `paying_threads`
       real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :)
+      logical, allocatable :: straight(:, :)
       integer(i4), allocatable :: element_status(:)
       integer :: i, j, n, p, s, team
 
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
-      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, element_status, i, j, n, s)
+      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, straight, &
+      !$omp element_status, i, j, n, s)
       do p = 1, size(self%patches%group)
          s = self%patches%first(p) - 1
          n = self%patches%first(p + 1) - self%patches%first(p)
+         if (allocated(self%straight)) straight = self%straight(:, s + 1:s + n)
          allocate (x(3, 3, n), v(3, 3, n), r(4, 3, n), d(18, n), axes(3, n), element_status(n))
          do i = 1, n
             do j = 1, 3
@@ -221,7 +232,8 @@ contains
             axes(:, i) = [1, 0, 0]
             if (present(material_axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
          end do
-         call predict_resultants(sections(self%patches%group(p)), n, x, v, r, d, resultants(:, s + 1:s + n), element_status, axes)
+         call predict_resultants(sections(self%patches%group(p)), n, x, v, r, d, resultants(:, s + 1:s + n), element_status, axes, &
+                                 straight)
          deallocate (x, v, r, d, axes, element_status)
       end do
       !$omp end parallel do

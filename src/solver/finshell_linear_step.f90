@@ -114,8 +114,8 @@ contains
       integer :: i
 
       before = problem%internal_force
-      call add_stiffness_times(problem%structure, [(i, i=1, size(problem%structure%mesh%triangles, 2))], problem%state, &
-                               change%motion, problem%internal_force)
+      call add_stiffness_times(problem%structure, problem%equations, [(i, i=1, size(problem%structure%mesh%triangles, 2))], &
+                               problem%state, change%motion, problem%internal_force)
       call turn_moments(before, change%motion, problem%internal_force)
       change%energy = 0.5_wp*sum((before + problem%internal_force)*change%motion)
       ! Pressure forces are of second degree in the positions: the difference is their exact derivative.

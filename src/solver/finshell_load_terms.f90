@@ -134,18 +134,20 @@ contains
       do i = 1, size(equations%moved)
          motion(:, equations%moved(i)) = -motion_at(equations, i, active, state%load_factor, state%constant_factor)
       end do
-      call add_stiffness_times(structure, elements, state, motion, rate)
+      call add_stiffness_times(structure, equations, elements, state, motion, rate)
       call turn_moments(internal_force, motion, rate)
    end subroutine add_motion
 
    !> Add the change of the internal forces of some elements with the motion of their nodes, linearised at a state.
-   subroutine add_stiffness_times(structure, elements, state, motion, force)
+   subroutine add_stiffness_times(structure, equations, elements, state, motion, force)
       type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
       integer, intent(in) :: elements(:)
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
       real(wp), intent(inout) :: force(:, :) !< (6, nodes)
       real(wp) :: x(3, 3, lanes), u(3, 3, lanes), q(4, 3, lanes), f(18, lanes), k(18, 18, lanes), direction(3, lanes), change(18)
+      logical :: straight(3, lanes)
       integer(i4) :: status(lanes)
       integer :: e, first, i, j, n, node, section
 
@@ -163,11 +165,13 @@ contains
                u(:, j, n) = state%displacement(:, node)
                q(:, j, n) = state%rotation(:, node)
             end do
+            straight(:, n) = .false.
+            if (allocated(equations%straight)) straight(:, n) = equations%straight(:, e)
             direction(:, n) = [1, 0, 0]
             if (allocated(structure%direction)) direction(:, n) = structure%direction(:, e)
          end do
          call evaluate_elements(structure%sections(section), n, x, u, q(:, :, :n), rotation_quaternion, status, force=f, &
-                                tangent=k, direction=direction, threads=1)
+                                tangent=k, direction=direction, threads=1, straight=straight)
          do i = 1, n
             associate (nodes => structure%mesh%triangles(:, elements(first + i - 1)))
                change = matmul(k(:, :, i), reshape(motion(:, nodes), [18]))
