@@ -20,7 +20,7 @@ module finshell_equilibrium
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
-   use finshell_load_terms, only: add_pressures, add_turning, add_motion
+   use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_turning, add_motion, motion_of_held
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
    use finshell_volume, only: volume_t, new_volume
@@ -36,6 +36,7 @@ module finshell_equilibrium
       type(linear_solver_t) :: solver
       real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
+      real(wp), allocatable :: bulge_force(:, :) !< (6, nodes) part of external_force that loaded sides owe to their bulge
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
@@ -133,7 +134,7 @@ contains
       class(equilibrium_t), intent(inout) :: self
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
-      real(wp), allocatable :: unit_force(:, :, :), out_of_balance(:, :)
+      real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
       integer :: status, bad_element, active
 
       associate (s => self%structure)
@@ -174,12 +175,23 @@ contains
          call add_pressures(self%external, self%equations, self%moved_of, self%structure%mesh, self%state, self%assembly, active, &
             unit_force)
       end if
+      bulges = 0*unit_force
+      if (tangent) then
+         call add_bulges(self%external, self%structure%mesh, self%state, self%assembly, bulges, self%values)
+      else
+         call add_bulges(self%external, self%structure%mesh, self%state, self%assembly, bulges)
+      end if
+      unit_force = unit_force + bulges
+      self%bulge_force = self%state%load_factor*bulges(:, :, 1) + self%state%constant_factor*bulges(:, :, 2)
       self%external_force = self%state%load_factor*unit_force(:, :, 1) + self%state%constant_factor*unit_force(:, :, 2)
       if (tangent) then
-         call add_turning(self%external, self%internal_force, self%assembly, self%values)
+         call add_turning(self%external, self%internal_force - self%bulge_force, self%assembly, self%values)
          ! Moving the held components by the factor puts the structure out of balance too.
-         call add_motion(self%structure, self%equations, self%moved_of, self%moved_elements, self%state, active, &
-            self%internal_force, out_of_balance)
+         call add_motion(self%structure, self%equations, self%moved_elements, self%state, active, self%internal_force, &
+            out_of_balance)
+         if (size(self%external%sides) > 0 .and. size(self%equations%moved) > 0) &
+            call change_of_bulges(self%external, self%structure%mesh, self%state, &
+                                  motion_of_held(self%equations, self%state, active), out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &

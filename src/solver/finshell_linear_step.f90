@@ -7,7 +7,7 @@ module finshell_linear_step
    use finshell_error, only: error_t
    use finshell_equations, only: motion_at, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_load_terms, only: add_pressures, add_stiffness_times, turn_moments
+   use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_stiffness_times, turn_moments
    use finshell_observer, only: observer_t, record_t
    use finshell_quaternion, only: update_quaternion
    use finshell_state, only: state_t, linear_change_t
@@ -87,7 +87,7 @@ contains
       integer, parameter :: most = 20
       real(wp), allocatable :: moments(:, :), turned(:, :), t(:), y(:)
       integer :: i
-      moments = problem%internal_force
+      moments = problem%internal_force - problem%bulge_force
       do i = 1, size(moments, 2)
          if (count(problem%equations%number(4:6, i) > 0) /= 2 .or. any(problem%external%turning_nodes == i)) moments(:, i) = 0
       end do
@@ -110,7 +110,7 @@ contains
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: load_change, constant_change
       type(linear_change_t), intent(inout) :: change
-      real(wp), allocatable :: before(:, :), unit_force(:, :, :), forward(:, :, :), backward(:, :, :)
+      real(wp), allocatable :: before(:, :), unit_force(:, :, :), bulges(:, :, :), forward(:, :, :), backward(:, :, :)
       integer :: i
 
       before = problem%internal_force
@@ -120,11 +120,15 @@ contains
       change%energy = 0.5_wp*sum((before + problem%internal_force)*change%motion)
       ! Pressure forces are of second degree in the positions: the difference is their exact derivative.
       call unit_forces(0.0_wp, unit_force)
+      bulges = 0*unit_force
+      call add_bulges(problem%external, problem%structure%mesh, problem%state, problem%assembly, bulges)
       call unit_forces(1.0_wp, forward)
       call unit_forces(-1.0_wp, backward)
       problem%external_force = problem%external_force + load_change*unit_force(:, :, 1) + constant_change*unit_force(:, :, 2) &
          + 0.5_wp*problem%state%load_factor*(forward(:, :, 1) - backward(:, :, 1)) &
-         + 0.5_wp*problem%state%constant_factor*(forward(:, :, 2) - backward(:, :, 2))
+         + 0.5_wp*problem%state%constant_factor*(forward(:, :, 2) - backward(:, :, 2)) &
+         + load_change*bulges(:, :, 1) + constant_change*bulges(:, :, 2)
+      call change_of_bulges(problem%external, problem%structure%mesh, problem%state, change%motion, problem%external_force)
 
    contains
 

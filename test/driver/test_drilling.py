@@ -34,6 +34,16 @@ GRIP = """&material name = 'm' law = 'linear_elastic' e = 1000 nu = 0.3 /
 &monitor name = 'R' quantity = 'reaction' component = 'x' node_set = 'r' /
 &output fields = 'stress', 'membrane_force' /
 """
+LOADED = """&material name = 'm' law = 'mooney_rivlin' c10 = 80.0 c01 = 20.0 /
+&section thickness = 0.01 /
+&support node_set = 'l' fixed = 'ux' /
+&support node_set = 'b' fixed = 'uy' /
+&support node_set = 'all' fixed = 'uz', 'rx', 'ry' /
+&load type = 'line' edge_set = 'r' vector = 3.15, 0, 0 /
+&step tolerance = 'tight' /
+&monitor name = 'u' quantity = 'displacement' component = 'x' node_set = 'r' /
+&output fields = 'membrane_force' /
+"""
 
 
 class Drilling(unittest.TestCase):
@@ -71,6 +81,13 @@ class Drilling(unittest.TestCase):
         self.assertAlmostEqual(row["F"] / force, 1, delta=1e-8)
         if fields:
             self.even(fields["membrane_force"], "uniaxial")
+
+    def test_line_load(self):
+        # an edge pulled by a line load, large strain: the load brings the moments that the drilling rotations need
+        row, fields = self.solve("grip.msh", LOADED)
+        self.assertAlmostEqual(row["u"], 1, delta=1e-8)
+        if fields:
+            self.even(fields["membrane_force"], "line load")
 
     def test_other_states(self):
         # biaxial, and sheared by edges that are moved along themselves; nothing holds the drilling rotations
