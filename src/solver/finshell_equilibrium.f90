@@ -7,7 +7,7 @@
 module finshell_equilibrium
    use finshell_kinds, only: wp
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
-      status_invalid_argument, status_input_error, status_text
+      status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise, text_of
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion, update_quaternion
@@ -15,6 +15,7 @@ module finshell_equilibrium
    use finshell_mesh, only: mesh_t, mesh_size, find_node_set, node_set_names
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t, linear_change_t, new_state
+   use finshell_element_failure, only: failure_text
    use finshell_equations, only: equations_t, new_equations, gather, scatter
    use finshell_external, only: external_t, new_external
    use finshell_sparsity, only: sparsity_t, new_sparsity
@@ -151,7 +152,7 @@ contains
       if (status /= status_ok) then
          ! An infinite displacement is a diverged iteration, not a mistake of the input.
          call raise(error, merge(status_not_converged, status, status == status_not_a_number), &
-            'element '//text_of(bad_element)//': '//status_text(status))
+            failure_text(self%structure%mesh, self%state, bad_element, status))
          return
       end if
 
