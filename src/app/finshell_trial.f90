@@ -25,7 +25,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer :: i
       do i = 1, size(input%steps)
-         call check_step(input%steps(i), problem, error)
+         call check_step(input%steps(i), i == 1, problem, error)
          if (.not. allocated(error)) cycle
          error%message = input%file//':'//text_of(input%step_lines(i))//': &step: '//error%message
          exit
@@ -34,8 +34,9 @@ contains
       if (allocated(problem%watched_volume)) deallocate (problem%watched_volume)
    end subroutine check_steps
 
-   subroutine check_step(step, problem, error)
+   subroutine check_step(step, first, problem, error)
       type(step_t), intent(in) :: step
+      logical, intent(in) :: first !< it begins unloaded; where a later one begins is known in the run only
       type(equilibrium_t), intent(inout) :: problem
       type(error_t), allocatable, intent(out) :: error
       type(targets_t) :: targets
@@ -46,7 +47,7 @@ contains
          else if (allocated(step%node_set)) then
             call problem%watch(step%node_set, step%component, error)
          end if
-         if (.not. allocated(error)) call new_targets(targets, step, 0.0_wp, 0.0_wp, error)
+         if (first .and. .not. allocated(error)) call new_targets(targets, step, 0.0_wp, 0.0_wp, error)
          if (allocated(error)) return
       end if
       if (step%control == control_load .or. step%control == control_linear) return

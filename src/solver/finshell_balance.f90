@@ -12,13 +12,14 @@ module finshell_balance
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
-   public :: balance_t, tangent_t, verdict_t, tangent_of, judge, work_along, hermite_correction
+   public :: balance_t, tangent_t, verdict_t, tangent_of, judge, judge_descent, work_along, hermite_correction
 
    !> Of an increment.
    type :: balance_t
       logical :: known = .false.
       real(wp) :: energy = 0 !< change of the stored energy
       real(wp) :: work = 0 !< of loads and moved supports, trapezoidal rule
+      real(wp) :: least = 0 !< work with the smaller of the forces at both ends
       real(wp) :: level = 0 !< the stored energy
       real(wp) :: throughput = 0 !< magnitude of the work, whether or not it cancels on the way
       real(wp) :: duality = 0 !< (change of the displacement that does work per factor) - (change of the reaction to the motion)
@@ -102,6 +103,19 @@ contains
       verdict%snap = abs(verdict%misfit) > merge(seasoned_misfit, largest_misfit, strict) &
                      .or. verdict%shortfall > merge(seasoned_shortfall, largest_shortfall, strict)
    end function judge
+
+   !> Of a state found by a descent (finshell_descent), which goes along no path: what it has dissipated for certain, whatever the
+   !> forces did between.
+   pure function judge_descent(balance) result(verdict)
+      type(balance_t), intent(in) :: balance
+      type(verdict_t) :: verdict
+      real(wp) :: scale
+      scale = max(abs(balance%work), abs(balance%energy))
+      verdict%known = balance%known .and. scale > 0 .and. ieee_is_finite(scale)
+      if (.not. verdict%known) return
+      verdict%misfit = max(0.0_wp, balance%least - balance%energy)/scale
+      verdict%snap = verdict%misfit > seasoned_misfit
+   end function judge_descent
 
    !> Work of nodal forces from one state to another: force times change of displacement, moment times relative rotation.
    !> `known` is false where a node under a moment turns too far to tell by how much.

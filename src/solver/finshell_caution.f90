@@ -3,8 +3,8 @@ module finshell_caution
    use finshell_kinds, only: wp, dp
    use finshell_error, only: text_of
    use finshell_problem, only: problem_t
-   use finshell_step, only: step_t, control_load, control_arc_length, prescribes_monitored, snap_ignore
-   use finshell_balance, only: tangent_t, verdict_t, judge
+   use finshell_step, only: step_t, control_load, control_arc_length, prescribes_monitored, snap_ignore, snap_refuse
+   use finshell_balance, only: tangent_t, verdict_t, judge, judge_descent
    use finshell_newton, only: newton_result_t
    use finshell_control, only: arc_norm, arc_product
    use finshell_stability, only: stability_t, hidden_pair
@@ -45,7 +45,17 @@ contains
       if (allocated(tracker%branch)) return
       allocate (x(problem%n))
       call problem%increment(x)
-      if (step%snap /= snap_ignore) call object_to_snap(tracker, problem, attempt, result, x, text, verdict)
+      if (step%snap /= snap_ignore) then
+         if (attempt%descends .and. result%regularised > 0) then
+            verdict = judge_descent(problem%balance())
+            if (allocated(attempt%predicted)) verdict%snap = verdict%snap .or. arc_norm(x - attempt%predicted, problem%field, &
+               0.0_wp, 0.0_wp) > surprise*arc_norm(x, problem%field, 0.0_wp, 0.0_wp)
+            if (verdict%snap .and. step%snap == snap_refuse) text = 'a descent leads to another state and dissipates ' &
+                                                                  //text_of(real(100*verdict%misfit, dp))//' % of the work'
+         else
+            call object_to_snap(tracker, problem, attempt, result, x, text, verdict)
+         end if
+      end if
       if (tracker%history%count == 0) return
       length = arc_norm(x, problem%field, 0.0_wp, 0.0_wp)
       old = arc_norm(tracker%history%vector(:, 1), problem%field, 0.0_wp, 0.0_wp)

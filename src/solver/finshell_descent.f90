@@ -225,7 +225,10 @@ contains
          if (course%part*course%stride < shortest) then
             result%code = status_not_converged
             result%reason = 'the residual falls no further than '//text_of(real(result%residual, kind(1.0d0)))
-            if (allocated(error)) result%reason = error%message
+            if (allocated(error)) then
+               result%code = error%code
+               result%reason = error%message
+            end if
             result%reason = result%reason//' (a descent at this load leads there'
             if (course%unstable) result%reason = result%reason//', buckling or wrinkling on the way'
             result%reason = result%reason//')'

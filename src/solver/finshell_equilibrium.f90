@@ -189,6 +189,7 @@ contains
          call add_pressures(self%external, self%equations, self%moved_of, self%structure%mesh, self%state, self%assembly, active, &
             unit_force)
       end if
+      self%entry%unit_force = unit_force
       bulges = 0*unit_force
       if (tangent) then
          call add_bulges(self%external, self%structure%mesh, self%state, self%assembly, bulges, self%values)
@@ -196,8 +197,8 @@ contains
          call add_bulges(self%external, self%structure%mesh, self%state, self%assembly, bulges)
       end if
       unit_force = unit_force + bulges
+      self%entry%bulges = bulges
       self%bulge_force = self%state%load_factor*bulges(:, :, 1) + self%state%constant_factor*bulges(:, :, 2)
-      self%entry%unit_force = unit_force
       self%external_force = self%state%load_factor*unit_force(:, :, 1) + self%state%constant_factor*unit_force(:, :, 2)
       if (tangent) then
          call add_turning(self%external, self%internal_force - self%bulge_force, self%assembly, self%values)
@@ -207,14 +208,14 @@ contains
          if (size(self%external%sides) > 0 .and. size(self%equations%moved) > 0) &
             call change_of_bulges(self%external, self%structure%mesh, self%state, &
                                   motion_of_held(self%equations, self%state, active), out_of_balance)
-         self%motion_stiffness = -motion_times(self%equations, active, out_of_balance)
+         self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
             self%structure%mesh, self%equations, self%state, self%watched, self%watched_rate)
       end if
       out_of_balance = self%external_force - self%internal_force
-      self%entry%reaction = -motion_times(self%equations, active, out_of_balance)
+      self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
       call gather(self%equations, out_of_balance, self%residual)
       call self%measure_levels(out_of_balance)
    end subroutine evaluate_toward

@@ -3,7 +3,7 @@ module finshell_ledger
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t
    use finshell_state, only: state_t
-   use finshell_equations, only: equations_t
+   use finshell_equations, only: equations_t, motion_at
    use finshell_external, only: external_t
    use finshell_assembly, only: assembly_t
    use finshell_load_terms, only: add_pressures
@@ -15,6 +15,7 @@ module finshell_ledger
    !> What is known of a state.
    type :: entry_t
       real(wp), allocatable :: unit_force(:, :, :) !< (6, nodes, 2) external force per load factor and constant factor
+      real(wp), allocatable :: bulges(:, :, :) !< (6, nodes, 2) what loaded sides add to it by their bulge
       real(wp) :: energy = 0 !< stored
       real(wp) :: reaction = 0 !< of the moved supports, times their motion per factor
    end type entry_t
@@ -22,15 +23,17 @@ module finshell_ledger
 contains
 
    !> Forces on the moved components times their motion per factor.
-   pure function motion_times(equations, active, force) result(product)
+   pure function motion_times(equations, state, active, force) result(product)
       type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
       integer, intent(in) :: active !< 1: load factor, 2: constant factor
       real(wp), intent(in) :: force(:, :) !< (6, nodes)
       real(wp) :: product
       integer :: i
       product = 0
       do i = 1, size(equations%moved)
-         product = product + dot_product(equations%motion(:, i, active), force(:, equations%moved(i)))
+         product = product + dot_product(motion_at(equations, i, active, state%load_factor, state%constant_factor), &
+                                         force(:, equations%moved(i)))
       end do
    end function motion_times
 
@@ -63,6 +66,10 @@ contains
             mean = mean/5
          end if
       end if
+      if (size(loads%sides) > 0) then
+         mean = mean + 0.5_wp*to%bulges
+         if (allocated(from%bulges)) mean = mean + 0.5_wp*from%bulges
+      end if
       do i = 1, 2
          call work_along(base, state, mean(:, :, i), way(i), value%known)
          if (.not. value%known) return
@@ -73,6 +80,7 @@ contains
       value%energy = to%energy - from%energy
       value%work = dot_product(0.5_wp*(before + after), way) + 0.5_wp*(from%reaction + to%reaction)*(after(active) - before(active))
       value%duality = way(active) - (to%reaction - from%reaction)
+      value%least = sum(min(before*way, after*way)) + min(from%reaction, to%reaction)*(after(active) - before(active))
       value%throughput = max(abs(before(active)), abs(after(active)))*abs(way(active)) &
                          + max(abs(from%reaction), abs(to%reaction))*abs(after(active) - before(active))
    end subroutine balance_between

@@ -79,6 +79,8 @@ contains
 
       yes = step%descent .and. allocated(problem%weight) .and. attempt%control == control_load .and. .not. attempt%descends &
          .and. .not. attempt%landing .and. (step%control == control_load .or. self%history%count == 0)
+      ! Where larger increments snap (finshell_caution) a descent would do so too.
+      yes = yes .and. .not. self%snapped_size > 0
       if (.not. yes) return
       last = self%hampered .or. cut_ratio*abs(attempt%size) < targets%smallest_size
       yes = cuts > 0 .or. problem%soft .or. self%rough .or. last
