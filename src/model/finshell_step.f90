@@ -5,7 +5,7 @@ module finshell_step
    use finshell_error, only: error_t, raise
    implicit none
    private
-   public :: step_t, convergence_t, convergence_preset
+   public :: step_t, convergence_t, convergence_preset, constant_ramp
    public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
    public :: prescribes_monitored, off_the_way, snap_ignore, snap_mark, snap_refuse
 
@@ -75,6 +75,18 @@ module finshell_step
    end type step_t
 
 contains
+
+   !> The step under load control that brings in constant loads and supports before a given one.
+   pure function constant_ramp(step) result(ramp)
+      type(step_t), intent(in) :: step
+      type(step_t) :: ramp
+      ramp%convergence = step%convergence
+      ramp%name = 'constant loads'
+      ramp%first_increment = 1
+      ramp%growth = step%growth
+      ramp%descent = step%descent
+      ramp%wanted_iterations = step%wanted_iterations
+   end function constant_ramp
 
    !> Named tolerances: 'paper' (0.5 % of force, 1 % of the increment) or 'tight' (1e-8 of both). Error: unknown name.
    pure subroutine convergence_preset(name, convergence, error)

@@ -12,7 +12,7 @@ module finshell_equilibrium
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion, update_quaternion
    use finshell_batch, only: n_resultants
-   use finshell_mesh, only: mesh_size, mean_side, find_node_set, node_set_names
+   use finshell_mesh, only: mesh_size, mean_side
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t, linear_change_t, new_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
@@ -23,6 +23,8 @@ module finshell_equilibrium
    use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_turning, add_motion, motion_of_held
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
+   use finshell_levels, only: force_levels
+   use finshell_watched_displacement, only: watch_displacement
    use finshell_balance, only: balance_t
    use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
@@ -66,7 +68,6 @@ module finshell_equilibrium
       procedure :: monitored
       procedure :: largest_rotation
       procedure :: magnitude
-      procedure, private :: measure_levels
    end type equilibrium_t
 
    !> Of the factorisation: a law without stiffness leaves more than the rounding of the matrix, up to 4 epsilons measured.
@@ -148,6 +149,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
       real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
+      real(wp) :: levels(2)
       integer :: status, bad_element, active
 
       associate (s => self%structure)
@@ -217,7 +219,9 @@ contains
       out_of_balance = self%external_force - self%internal_force
       self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
       call gather(self%equations, out_of_balance, self%residual)
-      call self%measure_levels(out_of_balance)
+      levels = force_levels(self%equations, self%external_force, out_of_balance)
+      self%force_level = levels(1)
+      self%moment_level = levels(2)
    end subroutine evaluate_toward
 
    subroutine keep_base(self)
@@ -231,39 +235,6 @@ contains
       if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
          merge(2, 1, self%constant_phase), self%external, self%equations, self%moved_of, self%structure%mesh, self%assembly, value)
    end function balance
-
-   !> Norms of external forces and of reactions, for the convergence criterion.
-   subroutine measure_levels(self, out_of_balance)
-      class(equilibrium_t), intent(inout) :: self
-      real(wp), intent(in) :: out_of_balance(:, :)
-      real(wp) :: local(6), scale(2), reactions(2), loads(2)
-      integer :: i, node
-
-      scale = [maxval(abs(self%external_force(1:3, :))), maxval(abs(self%external_force(4:6, :)))]
-      do i = 1, size(self%equations%supported)
-         node = self%equations%supported(i)%node
-         scale(1) = max(scale(1), maxval(abs(out_of_balance(1:3, node))))
-         scale(2) = max(scale(2), maxval(abs(out_of_balance(4:6, node))))
-      end do
-      where (.not. scale > 0) scale = 1
-      reactions = 0
-      do i = 1, size(self%equations%supported)
-         node = self%equations%supported(i)%node
-         local(1:3) = out_of_balance(1:3, node)/scale(1)
-         local(4:6) = out_of_balance(4:6, node)/scale(2)
-         if (self%equations%frame(node) > 0) then
-            associate (axes => self%equations%frames(:, :, self%equations%frame(node)))
-               local(1:3) = matmul(local(1:3), axes)
-               local(4:6) = matmul(local(4:6), axes)
-            end associate
-         end if
-         where (self%equations%number(:, node) > 0) local = 0
-         reactions = reactions + [sum(local(1:3)**2), sum(local(4:6)**2)]
-      end do
-      loads = [sum((self%external_force(1:3, :)/scale(1))**2), sum((self%external_force(4:6, :)/scale(2))**2)]
-      self%force_level = scale(1)*sqrt(max(loads(1), reactions(1)))
-      self%moment_level = scale(2)*sqrt(max(loads(2), reactions(2)))
-   end subroutine measure_levels
 
    !> Factorise the tangent. A singular one is an error that names the node and component where the free motion is largest.
    subroutine factorise(self, error)
@@ -378,41 +349,11 @@ contains
       character(len=*), intent(in) :: node_set
       integer, intent(in) :: component
       type(error_t), allocatable, intent(out) :: error
-      integer :: at, i, k, node
-      real(wp) :: share, axis(3)
-
-      at = find_node_set(self%structure%mesh, node_set)
-      if (at == 0) then
-         call raise(error, status_input_error, "step: the mesh has no node set '"//node_set//"'; it has: " &
-            //node_set_names(self%structure%mesh))
-         return
-      end if
-      if (component < 1 .or. component > 3) then
-         call raise(error, status_invalid_argument, 'step: the monitored component must be a displacement, 1 to 3; found ' &
-            //text_of(component))
-         return
-      end if
-      self%watched_nodes = self%structure%mesh%node_sets(at)%members
-      self%watched_component = component
-      share = 1.0_wp/size(self%watched_nodes)
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
-      allocate (self%watched(self%n), source=0.0_wp)
-      self%watched_rate = 0
-      do i = 1, size(self%watched_nodes)
-         node = self%watched_nodes(i)
-         axis = 0
-         axis(component) = 1
-         if (self%equations%frame(node) > 0) axis = self%equations%frames(component, :, self%equations%frame(node))
-         do k = 1, 3
-            if (self%equations%number(k, node) > 0) self%watched(self%equations%number(k, node)) = share*axis(k)
-         end do
-         if (self%moved_of(node) > 0) &
-            self%watched_rate = self%watched_rate + share*self%equations%motion(component, self%moved_of(node), 1)
-      end do
-      if (.not. any(abs(self%watched) > 0) .and. .not. abs(self%watched_rate) > 0) &
-         call raise(error, status_input_error, "step: displacement "//text_of(component)//" of '"//node_set &
-         //"' is held by the supports; monitor one that can move")
+      call watch_displacement(self%structure%mesh, self%equations, self%moved_of, node_set, component, self%watched_nodes, &
+                              self%watched, self%watched_rate, error)
+      self%watched_component = component
    end subroutine watch
 
    !> Monitor the volume behind an element set; see finshell_volume.

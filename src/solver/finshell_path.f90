@@ -3,15 +3,16 @@
 !> Load, displacement and volume control and arc-length share one loop: an attempt prescribes one quantity (finshell_tracker,
 !> finshell_control), starts from the extrapolated path (finshell_predictor) and iterates (finshell_newton). An attempt that fails,
 !> or leads elsewhere than along the path (finshell_caution), is cut; one that passes a requested load level or monitored value
-!> is taken back and replaced by one that prescribes that value, so that it is met exactly. Limit and bifurcation points are
-!> noticed (finshell_stability), located on request (finshell_locate), and branches followed on request.
-!> The state of the problem is always the last equilibrium state when `follow` returns, error or not.
+!> is taken back and replaced by one that prescribes it, so that it is met exactly. Limit and bifurcation points are noticed
+!> (finshell_stability), located on request (finshell_locate), and branches followed on request. When `follow` returns, error or
+!> not, the problem is in the last equilibrium state.
 module finshell_path
    use finshell_kinds, only: wp, dp
    use finshell_status, only: status_not_converged
    use finshell_error, only: error_t, raise, text_of
    use finshell_problem, only: problem_t
-   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, prescribes_monitored, snap_mark, snap_refuse
+   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, prescribes_monitored, &
+      snap_mark, snap_refuse, constant_ramp
    use finshell_control, only: arc_norm, control_vector
    use finshell_newton, only: newton_result_t
    use finshell_predictor, only: history_t
@@ -24,7 +25,7 @@ module finshell_path
    use finshell_caution, only: objection, at_fold, fold_text, grip_of, grip_is_back
    use finshell_balance, only: verdict_t
    use finshell_diagnosis, only: failure_t, failure_text, crawls_to_limit, where_text
-   use finshell_progress, only: progress_t
+   use finshell_progress, only: progress_t, continues
    implicit none
    private
    public :: path_t
@@ -102,19 +103,6 @@ contains
       call self%advance(problem, step, targets, observer, error)
    end subroutine follow
 
-   !> Does an arc-length step go on along the path of the step before? Else it starts with an increment of the load factor, which
-   !> would leave a branch that descends.
-   pure function continues(history, step, targets, factor) result(yes)
-      type(history_t), intent(in) :: history
-      type(step_t), intent(in) :: step
-      type(targets_t), intent(in) :: targets
-      real(wp), intent(in) :: factor
-      logical :: yes
-      yes = step%control == control_arc_length .and. history%count > 0
-      if (yes) yes = history%length(1) > 0
-      if (yes .and. targets%has_level()) yes = (targets%next_level() - factor)*history%factor(1) > 0
-   end function continues
-
    !> Raise the factor of constant loads and supports to 1, under load control, before the first step.
    subroutine bring_in_constants(self, problem, step, observer, error)
       class(path_t), intent(inout) :: self
@@ -126,12 +114,7 @@ contains
       type(targets_t) :: targets
 
       if (.not. problem%has_constants .or. problem%state%constant_factor >= 1) return
-      ramp%convergence = step%convergence
-      ramp%name = 'constant loads'
-      ramp%first_increment = 1
-      ramp%growth = step%growth
-      ramp%descent = step%descent
-      ramp%wanted_iterations = step%wanted_iterations
+      ramp = constant_ramp(step)
       problem%constant_phase = .true.
       call new_targets(targets, ramp, problem%state%constant_factor, 0.0_wp, error)
       call self%history%forget()
@@ -160,9 +143,8 @@ contains
       type(verdict_t) :: verdict
       character(len=:), allocatable :: complaint
       type(failure_t) :: failure
-      integer :: done, cuts
       logical :: no_landing, overshot, turning, ended
-
+      integer :: done, cuts
       done = 0
       do while (.not. targets%reached())
          complaint = self%progress%complaint(step)
