@@ -11,7 +11,8 @@ module finshell_watched_displacement
 
 contains
 
-   !> Nodes, derivative with respect to the unknowns (n) and to the load factor. Errors: unknown set, bad component, one that is held.
+   !> Nodes, derivative with respect to the unknowns (n) and to the load factor. Errors: unknown set, bad component, one that is
+   !> held.
    subroutine watch_displacement(mesh, equations, moved_of, node_set, component, nodes, gradient, rate, error)
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
