@@ -8,10 +8,10 @@ VENV := build/venv
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
 .DEFAULT_GOAL := help
-.PHONY: help run test build benchmark lint format install clean distclean configure fpm-build fpm-run fpm-test
+.PHONY: help run test test-extremes build benchmark lint format install clean distclean configure fpm-build fpm-run fpm-test
 
 help: ## Show this list
-	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 16
 
 run: ## Solve the rubber disk and draw its pictures (examples/rubber_disk)
 	@tools/install_dependencies build run
@@ -22,6 +22,11 @@ test: ## Build and run all tests
 	@tools/install_dependencies build test
 	@$(MAKE) --no-print-directory configure compile
 	ctest --preset $(PRESET) -j $(JOBS)
+
+test-extremes: ## Double against quadruple precision on some 100 000 random elements (minutes; part of `make test` on a few)
+	@tools/install_dependencies build test
+	@$(MAKE) --no-print-directory configure compile
+	FINSHELL_PRECISION_BLOCKS=$${FINSHELL_PRECISION_BLOCKS:-400} ctest --preset $(PRESET) -R '^precision\.' -V
 
 build: ## Build everything: build/bin, build/lib
 	@tools/install_dependencies build

@@ -9,6 +9,8 @@
  *     positive code. A failed element gets zeros; all others are done as if it were not there. When the call as a whole is
  *     refused (a NULL, a negative n, an unknown convention: code -1, index -1) no output is touched.
  *   - `status`, `codes` (the code of each element, int32_t[n]) and every pointer to a structure of results may be NULL.
+ *   - Every output is finite, or there is a code. No function raises a floating-point flag or trips a trap of the host's; flags,
+ *     traps and rounding are as they were when a function returns.
  *   - Nothing is printed, nothing ends the program, nothing is kept between calls. All functions may be called from any number
  *     of threads at once, also with the same section, as long as nobody destroys it meanwhile.
  *   - Matrices are by rows, matrix[row][column]; the stiffness of finshell_pressure_load alone is by columns (the others are
@@ -42,10 +44,11 @@ extern "C" {
 enum {
    FINSHELL_OK = 0,
    FINSHELL_COLLAPSED_ELEMENT = 1,    /* the current area is zero or not finite */
-   FINSHELL_MATERIAL_LIMIT = 2,       /* the law cannot be evaluated at this strain */
+   FINSHELL_MATERIAL_LIMIT = 2,       /* the law cannot be evaluated at this strain, or results overflow */
    FINSHELL_LARGE_ROTATION = 3,       /* a nodal rotation relative to its element nears pi */
    FINSHELL_INVALID_ARGUMENT = -1,    /* NULL, size, name or option; a direction or quaternion of zeros */
-   FINSHELL_DEGENERATE_REFERENCE = -2, /* the reference triangle has no area */
+   FINSHELL_DEGENERATE_REFERENCE = -2, /* the reference triangle has no area (height below 1e-10 of its longest side), or is not
+                                           between 1e-60 and 1e60 in size */
    FINSHELL_NOT_A_NUMBER = -3,        /* NaN or infinity in the input */
    FINSHELL_OUT_OF_MEMORY = -6
 };
@@ -166,7 +169,8 @@ void finshell_section_destroy(finshell_section *section);
  *                          normal to the element). Not looked at by isotropic laws.
  *   energy [n]             stored energy
  *   force [n][18]          internal force
- *   tangent [n][18][18]    symmetric, both triangles
+ *   tangent [n][18][18]    symmetric, both triangles. Fibres that act in tension only and are just unstretched, as in the
+ *                          reference state, count as slack.
  *   codes [n]              per element
  *   threads                > 0: so many (at most 256); 0: as OpenMP chooses, but no more than one for each 256 elements, and 1
  *                          inside a parallel region. Another number than 1 uses OpenMP's threads, whose stay after the call
@@ -183,7 +187,8 @@ int32_t finshell_evaluate(const finshell_section *section, int32_t n, const doub
  *   stretch [n]                 current over reference thickness, of the surface of the nodes
  *   membrane_force [n][3]       per reference length, conjugate to the Green-Lagrange strain of the surface of the nodes
  *   moment [n][3]               per reference length, about the surface of the nodes, conjugate to the curvature
- *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component)
+ *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component); evaluated only if asked for:
+ *                               a law may end at the surfaces (code 2) and not at the points that finshell_evaluate looks at
  *   codes [n]
  * Errors: all codes. Since 0.1. */
 int32_t finshell_recover(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,
@@ -217,8 +222,8 @@ int32_t finshell_pressure_load(int32_t n, const double *pressure, const double *
                           const double *origin, double *force, double *stiffness, int32_t *codes, finshell_status *status);
 
 /* ------------------------------------------------------------------ rotations
- * n at a time. Quaternions [n][4], scalar part first; inputs of any length, outputs of length 1. Errors: -1 NULL, or a
- * quaternion of zeros; -3; -6. All since 0.1. */
+ * n at a time. Quaternions [n][4], scalar part first; inputs of any length, outputs of length 1. Errors: -1 NULL, a
+ * quaternion of zeros, or a vector beyond 1e60; -3; -6. All since 0.1. */
 
 /* quaternion = exp(vector), vector [n][3]. */
 int32_t finshell_rotation_exp(int32_t n, const double *vector, double *quaternion, int32_t *codes, finshell_status *status);
@@ -226,7 +231,7 @@ int32_t finshell_rotation_exp(int32_t n, const double *vector, double *quaternio
 /* vector [n][3] = log(quaternion), |vector| <= pi. */
 int32_t finshell_rotation_log(int32_t n, const double *quaternion, double *vector, int32_t *codes, finshell_status *status);
 
-/* c = a b: first the rotation b, then a. */
+/* c = a b: first the rotation b, then a. c may be a or b. */
 int32_t finshell_rotation_compose(int32_t n, const double *a, const double *b, double *c, int32_t *codes,
                                   finshell_status *status);
 

@@ -9,6 +9,7 @@ program bench_capi
    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_loc, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: int64
    use finshell_batch, only: evaluate_elements, rotation_vector
+   use finshell_capi_handle, only: handle_t, new_handle
    use finshell_error, only: error_t
    use finshell_kinds, only: dp, i4, wp
    use finshell_material, only: material_t
@@ -30,7 +31,8 @@ program bench_capi
 
    integer, parameter :: sizes(*) = [1, 8, 64, 1000, 10000], rounds = 1001
    integer, parameter :: longest = 10000
-   type(section_t), target :: section
+   type(section_t) :: section
+   type(handle_t), pointer :: handle
    class(material_t), allocatable :: law
    type(error_t), allocatable :: error
    real(wp), allocatable :: x(:, :, :), u(:, :, :), t(:, :, :), force(:, :), tangent(:, :, :)
@@ -43,6 +45,8 @@ program bench_capi
    call new_material(law, 'mooney_rivlin', ['c10', 'c01'], [80.0_wp, 20.0_wp], error)
    if (.not. allocated(error)) call new_section(section, law, 0.1_wp, error)
    if (allocated(error)) error stop error%message
+   handle => new_handle()
+   handle%section = section
    allocate (x(3, 3, longest), u(3, 3, longest), t(3, 3, longest), force(18, longest), tangent(18, 18, longest), codes(longest))
    call motion()
    call get_command_argument(1, mode)
@@ -110,7 +114,7 @@ contains
          end do
       else
          do i = 1, calls
-            code = finshell_evaluate(c_loc(section), n, x(:, :, first:), u(:, :, first:), t(:, :, first:), rotation_vector, &
+            code = finshell_evaluate(c_loc(handle), n, x(:, :, first:), u(:, :, first:), t(:, :, first:), rotation_vector, &
                                      c_null_ptr, c_null_ptr, c_null_ptr, force, tangent, c_null_ptr, 1, c_null_ptr)
             if (code /= 0) error stop 'bench_capi: an element failed'
          end do

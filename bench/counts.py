@@ -15,7 +15,7 @@ from pathlib import Path
 from benchmark_run import EXAMPLES, solve
 
 COUNTS = ("exit", "increments", "iterations")
-FIXED = ("increment", "load_factor", "iterations", "negative_pivots", "critical_point")
+FIXED = ("increment", "load_factor", "iterations", "negative_pivots", "critical_point", "residual", "correction", "snap")
 
 
 def inputs(names):

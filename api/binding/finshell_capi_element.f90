@@ -7,10 +7,11 @@ module finshell_capi_element
    use finshell_batch, only: evaluate_elements, recover_elements, rotation_increment, rotation_quaternion, rotation_vector
    use finshell_capi_common, only: accept, c_status_t, judge, refuse, refuse_memory
    use finshell_capi_handle, only: section_of
+   use finshell_environment, only: environment_t, hold, release
    use finshell_mass, only: mass_elements
    use finshell_pressure, only: follower_pressure
    use finshell_section, only: section_t
-   use finshell_status, only: status_not_a_number, status_ok
+   use finshell_status, only: status_collapsed_element, status_not_a_number, status_ok
    implicit none
    private
    public :: evaluate, recover, mass, pressure
@@ -116,6 +117,7 @@ contains
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_mass_matrix'
+      type(environment_t) :: environment
       type(section_t), pointer :: s
       integer(c_int32_t), allocatable :: found(:)
       integer :: memory
@@ -136,7 +138,9 @@ contains
          code = refuse_memory(status, place)
          return
       end if
+      call hold(environment)
       call mass_elements(s, n, x, found, consistent, lumped)
+      call release(environment)
       if (present(codes)) codes = found
       code = judge(status, place, n, found)
    end function mass
@@ -149,7 +153,8 @@ contains
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_pressure_load'
-      real(c_double) :: position(3, 3, 1), centre(3), f(9, 1)
+      type(environment_t) :: environment
+      real(c_double) :: position(3, 3, 1), centre(3), f(9, 1), total
       integer(c_int32_t), allocatable :: found(:)
       integer :: e, memory
 
@@ -166,24 +171,29 @@ contains
          code = refuse_memory(status, place)
          return
       end if
+      call hold(environment)
       centre = 0
       if (present(origin)) centre = origin
       do e = 1, n
          position(:, :, 1) = x(:, :, e) + u(:, :, e)
          found(e) = status_ok
-         if (.not. sum(abs(position)) + abs(p(e)) + sum(abs(centre)) <= huge(1.0_c_double)) then
-            found(e) = status_not_a_number
-            if (present(force)) force(:, e) = 0
-            if (present(stiffness)) stiffness(:, :, e) = 0
-            cycle
-         end if
+         if (.not. sum(0*x(:, :, e)) + sum(0*u(:, :, e)) + 0*p(e) + sum(0*centre) <= 0) found(e) = status_not_a_number
          if (present(stiffness)) then
             call follower_pressure(1, p(e:e), position, form == 1, centre, f, stiffness(:, :, e:e))
+            total = sum(0*f) + sum(0*stiffness(:, :, e))
          else
             call follower_pressure(1, p(e:e), position, form == 1, centre, f)
+            total = sum(0*f)
+         end if
+         ! an area that overflows
+         if (found(e) == status_ok .and. .not. total <= 0) found(e) = status_collapsed_element
+         if (found(e) /= status_ok) then
+            f = 0
+            if (present(stiffness)) stiffness(:, :, e) = 0
          end if
          if (present(force)) force(:, e) = f(:, 1)
       end do
+      call release(environment)
       if (present(codes)) codes = found
       code = judge(status, place, n, found)
    end function pressure

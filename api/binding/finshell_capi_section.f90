@@ -5,6 +5,7 @@ module finshell_capi_section
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_loc, c_null_ptr, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, text_from
    use finshell_capi_handle, only: free_handle, handle_t, new_handle
+   use finshell_environment, only: environment_t, hold, release
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp
    use finshell_registry, only: new_material
@@ -47,9 +48,12 @@ contains
       type(c_ptr), intent(out), optional :: section
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
+      type(environment_t) :: environment
+      call hold(environment)
 !$omp critical (finshell_texts)
       code = one_layer(material, parameters, names, values, thickness, options, option_names, option_values, section, status)
 !$omp end critical (finshell_texts)
+      call release(environment)
    end function create
 
    function create_layered(layers, layer, options, option_names, option_values, section, status) result(code) &
@@ -59,9 +63,12 @@ contains
       type(c_ptr), intent(out), optional :: section
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
+      type(environment_t) :: environment
+      call hold(environment)
 !$omp critical (finshell_texts)
       code = many_layers(layers, layer, options, option_names, option_values, section, status)
 !$omp end critical (finshell_texts)
+      call release(environment)
    end function create_layered
 
    function one_layer(material, parameters, names, values, thickness, options, option_names, option_values, section, status) &

@@ -3,18 +3,19 @@ module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_kinds, only: dp, wp
    use finshell_assembly, only: paying_threads
-   use finshell_blas_threads, only: set_blas_threads
+   use finshell_blas_threads, only: set_blas_threads, wake_blas
    use finshell_disk, only: write_failures_return
    use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
-   use finshell_error, only: error_t
+   use finshell_error, only: error_t, text_of
    use finshell_input, only: input_t, read_input
    use finshell_linear_step, only: solve_linear
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
    use finshell_step, only: control_linear, control_buckling
+   use finshell_trial, only: check_steps, place_load_error, warning_of
    use finshell_version, only: version
-!$ use omp_lib, only: omp_set_num_threads
+!$ use omp_lib, only: omp_get_num_procs, omp_set_num_threads
    implicit none
    private
    public :: main
@@ -147,8 +148,15 @@ contains
       if (complain(error)) return
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call new_equilibrium(problem, input%structure, error)
-      if (allocated(error)) error%message = input%file//': '//error%message
+      if (allocated(error)) then
+         call place_load_error(input, problem, error)
+         if (verify(error%message(1:1), '0123456789') > 0) error%message = ' '//error%message
+         error%message = input%file//':'//error%message
+      end if
       if (complain(error)) return
+      call check_steps(input, problem, error)
+      if (complain(error)) return
+      if (warning_of(input, problem) /= '') write (error_unit, '(a)') 'finshell: warning: '//warning_of(input, problem)
       if (.not. options%quiet) call print_model(input, problem)
       if (.not. solve) then
          write (output_unit, '(a)') 'The input is complete and consistent.'
@@ -185,11 +193,15 @@ contains
    !> As many threads as the input asks for, else as OpenMP would but no more than pay: waiting threads burn CPU time.
    subroutine choose_threads(wanted, elements)
       integer, intent(in) :: wanted, elements
+      integer, parameter :: always_allowed = 8
       integer :: threads
       threads = paying_threads(elements)
       if (wanted > 0) threads = wanted
+      ! more than there are processors never pay, and very many cannot be created
+!$    threads = min(threads, max(omp_get_num_procs(), always_allowed))
 !$    call omp_set_num_threads(threads)
       call set_blas_threads(threads)
+      call wake_blas()
    end subroutine choose_threads
 
    !> Print an error, if there is one.
@@ -217,6 +229,7 @@ contains
       type(reporter_t), intent(in) :: reporter
       logical, intent(in) :: failed
       real(dp) :: seconds
+      integer :: i
 
       call cpu_time(seconds)
       if (failed) then
@@ -227,12 +240,29 @@ contains
       end if
       if (reporter%linear > 0) write (output_unit, '(i0,a)') reporter%linear, &
          ' linear solutions or buckling modes, which leave the state as it is'
+      if (reporter%switched > 0) write (output_unit, '(i0,a)') reporter%switched, &
+         ' linear or buckling steps in which fibres act where the linear solution stretches them, and are slack elsewhere'
       write (output_unit, '(3(i0,a),f0.2,a)') path%increments, ' increments, ', path%iterations, ' iterations, ', path%cuts, &
          ' cuts, ', seconds, ' s of CPU time'
+      if (path%increments > 0) write (output_unit, '(a)') 'Worst accuracy of an increment: residual '//text_of(reporter%residual) &
+         //' of the loads and reactions, correction '//text_of(reporter%correction)//' of the increment'
+      if (reporter%rounded > 0) write (output_unit, '(i0,a)') reporter%rounded, &
+         ' increments came to rest at the limit of rounding, above the tolerance that was asked for.'
+      if (reporter%rounded > 0 .and. reporter%residual > 0.01_wp) write (output_unit, '(a)') &
+         'Their loads and reactions are hardly more than rounding: a rigid motion, or loads too small for this stiffness.'
       if (reporter%critical_points > 0) write (output_unit, '(i0,a)') reporter%critical_points, &
          ' limit or bifurcation points were passed (column critical_point of the history).'
+      if (reporter%descents > 0) write (output_unit, '(i0,a)') reporter%descents, &
+         ' increments were found by a descent to a stable state, where Newton''s iteration failed; others may exist.'
+      if (reporter%snaps > 0) write (output_unit, '(2(i0,a))') reporter%snaps, &
+         ' increments SNAPPED to another state, the first is number ', reporter%first_snap, &
+         ' (column snap of the history): what follows may lie on another branch. Follow the path by arc-length to see it.'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
+      do i = 1, size(reporter%gaps)
+         write (output_unit, '(a,i0,a)') 'Missing in '//reporter%gaps(i)%name//': ', reporter%gaps(i)%values, &
+            ' values, written as NaN: the law ends between the integration points and the surface (doc/namelist.md, &output).'
+      end do
       write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &
          //merge(', .vtkhdf, .xdmf', '                ', input%output%fields)
    end subroutine print_summary

@@ -12,7 +12,7 @@ module finshell_error
       character(len=:), allocatable :: message
    end type error_t
 
-   !> A number as text, for messages.
+   !> A number as text, for messages and columns: a real has at most 14 characters.
    interface text_of
       module procedure :: text_of_integer
       module procedure :: text_of_real
@@ -44,6 +44,8 @@ contains
       character(len=:), allocatable :: text
       character(len=32) :: buffer
       write (buffer, '(es14.6)') x
+      ! An exponent of three digits would push out its E: 1.797693+308 is read by nobody.
+      if (scan(buffer, 'E') == 0) write (buffer, '(es15.6e3)') x
       text = trim(adjustl(buffer))
    end function text_of_real
 end module finshell_error

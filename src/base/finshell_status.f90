@@ -14,7 +14,7 @@ module finshell_status
    integer(i4), parameter, public :: status_not_converged = 4 !< an iteration did not reach its tolerance
    integer(i4), parameter, public :: status_singular_matrix = 5 !< a factorisation met a zero pivot
    integer(i4), parameter, public :: status_invalid_argument = -1 !< wrong size, option or missing array
-   integer(i4), parameter, public :: status_degenerate_reference = -2 !< reference triangle has no area
+   integer(i4), parameter, public :: status_degenerate_reference = -2 !< reference triangle has no area, or is beyond 1e-60 to 1e60
    integer(i4), parameter, public :: status_not_a_number = -3 !< NaN or infinity in the input
    integer(i4), parameter, public :: status_input_error = -4 !< an input file is wrong
    integer(i4), parameter, public :: status_io_error = -5 !< a file cannot be read or written
@@ -34,7 +34,8 @@ contains
       case (status_not_converged); text = 'an iteration did not converge; cut the step'
       case (status_singular_matrix); text = 'the tangent matrix is singular; check the supports'
       case (status_invalid_argument); text = 'an argument has a wrong size or value, or a required array is missing'
-      case (status_degenerate_reference); text = 'a reference triangle has no area: coincident or collinear nodes'
+      case (status_degenerate_reference)
+         text = 'a reference triangle has no area (coincident or collinear nodes) or a size beyond 1e-60 to 1e60'
       case (status_not_a_number); text = 'the input contains NaN or infinity'
       case (status_input_error); text = 'the input file is wrong'
       case (status_io_error); text = 'a file cannot be read or written'

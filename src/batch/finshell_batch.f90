@@ -4,12 +4,14 @@
 !> and scattered back; every element is computed by the same operations wherever it stands, so results do not depend on the
 !> number of threads nor on how a mesh is split into calls.
 module finshell_batch
+   use finshell_block, only: check_input, check_results, vanishing
+   use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
    use finshell_element, only: block_t, evaluate_block, predict_block, recover_block, stress_t, rotation_vector, &
       rotation_quaternion, rotation_increment
    use finshell_material, only: level_energy, level_force, level_tangent
    use finshell_section, only: section_t
-   use finshell_status, only: status_ok, status_invalid_argument, status_not_a_number
+   use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
    private
@@ -29,7 +31,7 @@ contains
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
    subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
-                                state, resultants, normal)
+                                state, resultants, toward, straight, normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -45,10 +47,17 @@ contains
       real(wp), intent(in), optional :: state(4, 3, n)
       !> For the geometric part of the tangent instead of the elements' own (mixed-integration-point Newton, `predict_resultants`).
       real(wp), intent(in), optional :: resultants(n_resultants, n)
+      !> Nodal displacements and spins, with rotation_quaternion and `tangent`: where a law has a switch, as fibres in tension only
+      !> have it in the reference state, the tangent is the one-sided one in this direction; default: that without the fibres.
+      real(wp), intent(in), optional :: toward(18, n)
+      !> Sides (nodes 1-2, 2-3, 3-1) that drilling rotations do not bend: those whose displacement is prescribed.
+      logical, intent(in), optional :: straight(3, n)
       !> Normals of the surface at the nodes of each element (component, node, element), of any length: the reference is curved. In
       !> (S) only; absent: flat facets.
       real(wp), intent(in), optional :: normal(3, 3, n)
+      type(environment_t) :: environment
       integer :: b, blocks, level, team
+      logical :: quiet
 
       if (bad_shape(rotation, convention, n, present(state))) then
          status = status_invalid_argument
@@ -64,18 +73,32 @@ contains
       team = 1
 !$    if (.not. omp_in_parallel()) team = min(omp_get_max_threads(), 1 + blocks/blocks_per_thread)
       if (present(threads)) team = max(1, threads)
+      quiet = .true.
       if (team == 1 .or. blocks == 1) then
+         call hold(environment)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, normal)
+                                direction, state, resultants, toward, straight, normal)
          end do
+         quiet = all_quiet()
+         call release(environment)
       else
-!$omp parallel do schedule(static) num_threads(team)
+!$omp parallel num_threads(team) private(environment) reduction(.and.: quiet)
+         call hold(environment)
+!$omp do schedule(static)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, normal)
+                                direction, state, resultants, toward, straight, normal)
          end do
-!$omp end parallel do
+!$omp end do
+         quiet = all_quiet()
+         call release(environment)
+!$omp end parallel
+      end if
+      if (.not. quiet) then
+         call hold(environment)
+         call check_results(n, status, energy, force, tangent)
+         call release(environment)
       end if
    end subroutine evaluate_elements
 
@@ -83,22 +106,29 @@ contains
    !>
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): the stress of the next iterate is taken from the
    !> linearisation of the last one. The solution is unchanged, thin shells take much larger increments.
-   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, normal)
+   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, toward, straight, &
+                                 normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), quaternion(4, 3, n)
       real(wp), intent(in) :: increment(18, n) !< nodal displacements and spins, u1 t1 u2 t2 u3 t3
       real(wp), intent(out) :: resultants(n_resultants, n)
       integer(i4), intent(out) :: status(n)
-      real(wp), intent(in), optional :: direction(3, n), normal(3, 3, n)
+      real(wp), intent(in), optional :: direction(3, n)
+      real(wp), intent(in), optional :: toward(18, n) !< as in `evaluate_elements`
+      logical, intent(in), optional :: straight(3, n)
+      real(wp), intent(in), optional :: normal(3, 3, n)
       type(block_t) :: block
+      type(environment_t) :: environment
       type(stress_t) :: stress
       real(wp) :: increments(lanes, 18)
       integer(i4) :: found(lanes)
       integer :: first, g, l, v
 
+      call hold(environment)
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction, normal=normal)
+         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction, straight=straight, toward=toward, &
+                     normal=normal)
          increments = 0
          do l = 1, min(lanes, n - first)
             increments(l, :) = increment(:, first + l)
@@ -114,14 +144,16 @@ contains
             end do
          end do
       end do
+      call release(environment)
    end subroutine predict_resultants
 
    !> Recovered results of n elements: thickness stretch, resultants, stresses. Arguments as in `evaluate_elements`.
    !>
    !> Components 11, 22, 12 refer to the material direction projected on the element (global x by default, z where x is normal
-   !> to the element), carried along by the element's rotation.
+   !> to the element), carried along by the element's rotation. Stresses are evaluated only if they are asked for: a law may end at
+   !> the surfaces and not before. What fails is 0.
    subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
-                               state, normal)
+                               state, stress_status, straight, normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -130,11 +162,20 @@ contains
       real(wp), intent(out), optional :: membrane_force(3, n) !< per reference length, conjugate to Green-Lagrange strain
       real(wp), intent(out), optional :: moment(3, n)
       real(wp), intent(out), optional :: stress(3, 3, n) !< Cauchy stress (component; bottom, middle, top; element)
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), normal(3, 3, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
+      !> Of the stresses (bottom, middle, top; element). Not present: a stress that fails is the element's failure.
+      integer(i4), intent(out), optional :: stress_status(3, n)
+      logical, intent(in), optional :: straight(3, n)
+      real(wp), intent(in), optional :: normal(3, 3, n)
       type(block_t) :: block
-      real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3), sigma(lanes, 3, 3)
-      integer(i4) :: found(lanes)
-      integer :: first, l
+      type(environment_t) :: environment
+      real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3)
+      ! what is not asked for stays unallocated, and so counts as absent in the call
+      real(wp), allocatable :: sigma(:, :, :)
+      integer(i4), allocatable :: surface(:, :)
+      integer(i4) :: found(lanes), input(lanes)
+      integer :: first, i, l
+      logical :: changed
 
       if (bad_shape(rotation, convention, n, present(state))) then
          status = status_invalid_argument
@@ -142,20 +183,43 @@ contains
          if (present(membrane_force)) membrane_force = 0
          if (present(moment)) moment = 0
          if (present(stress)) stress = 0
+         if (present(stress_status)) stress_status = status_invalid_argument
          return
       end if
+      if (present(stress)) allocate (sigma(lanes, 3, 3), surface(lanes, 3))
+      call hold(environment)
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, rotation, convention, block, direction, state, normal)
-         call recover_block(section, block, s, f, m, sigma, found)
-         call check_input(block, found)
+         call gather(first, n, x, u, rotation, convention, block, direction, state, straight, normal=normal)
+         input = status_ok
+         call check_input(block, present(direction), input, changed)
+         call recover_block(section, block, s, f, m, found, sigma, surface)
+         where (found == status_ok .and. .not. vanishing(reshape(f, [3*lanes])) + vanishing(reshape(m, [3*lanes])) + 0*s <= 0) &
+            found = status_material_limit
+         where (input /= status_ok) found = input
+         if (allocated(surface)) then
+            do i = 1, 3
+               where (surface(:, i) == status_ok .and. .not. vanishing(reshape(sigma(:, :, i), [3*lanes])) <= 0) &
+                  surface(:, i) = status_material_limit
+               where (found /= status_ok) surface(:, i) = found
+            end do
+            if (.not. present(stress_status)) then
+               found = max(found, maxval(surface, dim=2))
+               surface = spread(found, 2, 3)
+            end if
+         end if
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             if (present(stretch)) stretch(first + l) = merge(s(l), 0.0_wp, found(l) == status_ok)
             if (present(membrane_force)) membrane_force(:, first + l) = merge(f(l, :), 0.0_wp, found(l) == status_ok)
             if (present(moment)) moment(:, first + l) = merge(m(l, :), 0.0_wp, found(l) == status_ok)
-            if (present(stress)) stress(:, :, first + l) = merge(sigma(l, :, :), 0.0_wp, found(l) == status_ok)
+            if (.not. present(stress)) cycle
+            do i = 1, 3
+               stress(:, i, first + l) = merge(sigma(l, :, i), 0.0_wp, surface(l, i) == status_ok)
+            end do
+            if (present(stress_status)) stress_status(:, first + l) = surface(l, :)
          end do
       end do
+      call release(environment)
    end subroutine recover_elements
 
    !> Rotations must be (4, 3, >= n) quaternions or (3, 3, >= n) vectors; increments need a state.
@@ -169,14 +233,18 @@ contains
    end function bad_shape
 
    !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
-   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state, normal)
+   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state, straight, toward, normal)
       integer, intent(in) :: first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       type(block_t), intent(out) :: block
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), normal(3, 3, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), toward(18, n)
+      logical, intent(in), optional :: straight(3, n)
+      real(wp), intent(in), optional :: normal(3, 3, n)
       integer :: c, e, j, l
       block%convention = convention
+      block%has_toward = present(toward)
       block%has_normals = present(normal)
+      block%bulge = 1
       do l = 1, lanes
          e = first + merge(l, 1, first + l <= n)
          do j = 1, 3
@@ -191,66 +259,43 @@ contains
          block%direction(l, :) = [1.0_wp, 0.0_wp, 0.0_wp]
          if (present(direction)) block%direction(l, :) = direction(:, e)
          if (convention == rotation_increment) block%state(l, :, :) = state(:, :, e)
+         if (present(straight)) block%bulge(l, :) = merge(0.0_wp, 1.0_wp, straight(:, e))
+         if (present(toward)) block%toward(l, :) = toward(:, e)
          if (present(normal)) block%normal(l, :, :) = normal(:, :, e)
       end do
    end subroutine gather
 
-   !> NaN and infinity in the input, found by one sum over it.
-   pure subroutine check_input(block, status)
-      type(block_t), intent(in) :: block
-      integer(i4), intent(inout) :: status(lanes)
-      real(wp) :: total(lanes), length(lanes)
-      integer :: c, j
-      total = 0
-      do j = 1, 3
-         do c = 1, 3
-            total = total + abs(block%x(:, c, j)) + abs(block%u(:, c, j)) + abs(block%rotation(:, c, j))
-         end do
-         total = total + abs(block%rotation(:, 4, j)) + abs(block%direction(:, j))
-         if (block%has_normals) total = total + abs(block%normal(:, 1, j)) + abs(block%normal(:, 2, j)) + abs(block%normal(:, 3, j))
-         if (block%convention == rotation_vector) cycle
-         if (block%convention == rotation_quaternion) then
-            length = absolute_sum(block%rotation(:, :, j))
-         else
-            length = absolute_sum(block%state(:, :, j))
-            total = total + length
-         end if
-         ! a quaternion of zeros is no rotation
-         where (length <= 0) status = status_invalid_argument
-      end do
-      where (.not. total <= huge(1.0_wp)) status = status_not_a_number
-   end subroutine check_input
-
-   pure function absolute_sum(q) result(s)
-      real(wp), intent(in) :: q(lanes, 4)
-      real(wp) :: s(lanes)
-      s = abs(q(:, 1)) + abs(q(:, 2)) + abs(q(:, 3)) + abs(q(:, 4))
-   end function absolute_sum
-
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state, resultants, normal)
+                             state, resultants, toward, straight, normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), normal(3, 3, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), toward(18, n)
+      logical, intent(in), optional :: straight(3, n)
+      real(wp), intent(in), optional :: normal(3, 3, n)
       type(block_t) :: block
       type(stress_t) :: stress
       real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
       integer(i4) :: found(lanes)
       integer :: i, l, used
+      logical :: changed
 
       used = min(lanes, n - first)
-      call gather(first, n, x, u, rotation, convention, block, direction, state, normal)
-      if (present(resultants)) then
-         call gather_stress(first, n, resultants, stress)
-         call evaluate_block(section, level, block, eb, fb, kb, found, stress)
-      else
-         call evaluate_block(section, level, block, eb, fb, kb, found)
-      end if
-      call check_input(block, found)
+      call gather(first, n, x, u, rotation, convention, block, direction, state, straight, toward, normal)
+      if (present(resultants)) call gather_stress(first, n, resultants, stress)
+      do
+         if (present(resultants)) then
+            call evaluate_block(section, level, block, eb, fb, kb, found, stress)
+         else
+            call evaluate_block(section, level, block, eb, fb, kb, found)
+         end if
+         ! only now: what was gathered one by one can be read in lanes after a while
+         call check_input(block, present(direction), found, changed)
+         if (.not. changed) exit
+      end do
       status(first + 1:first + used) = found(1:used)
       do l = 1, used
          if (found(l) == status_ok) cycle

@@ -10,9 +10,10 @@
 !> spins; at a rotation vector theta the spin is T(theta) times its rate.
 module finshell_mass
    use finshell_kinds, only: wp, i4
+   use finshell_reference, only: judge_triangles
    use finshell_rotation, only: cross_product, spin
    use finshell_section, only: section_t
-   use finshell_status, only: status_degenerate_reference, status_not_a_number, status_ok
+   use finshell_status, only: status_invalid_argument, status_not_a_number, status_ok
    implicit none
    private
    public :: mass_elements
@@ -37,11 +38,13 @@ contains
          length = norm2(normal)
          area = 0.5_wp*length
          status(e) = status_ok
-         if (.not. sum(abs(x(:, :, e))) <= huge(1.0_wp)) then
+         if (.not. sum(0*x(:, :, e)) <= 0) then
             status(e) = status_not_a_number
-         else if (.not. length > 64*epsilon(1.0_wp)*norm2(a)*norm2(b)) then
-            status(e) = status_degenerate_reference
+         else
+            call judge_triangles(1, [length], [max(sum(a*a), sum(b*b), sum((b - a)**2))], status(e:e))
          end if
+         if (status(e) == status_ok .and. .not. maxval(abs(section%inertia))*max(1.0_wp, area) <= huge(1.0_wp)) &
+            status(e) = status_invalid_argument
          if (present(lumped)) lumped(:, e) = 0
          if (present(consistent)) consistent(:, :, e) = 0
          if (status(e) /= status_ok) cycle

@@ -29,6 +29,7 @@ module finshell_bending
       real(wp) :: mid(lanes, 2, 3) !< -3/4 m_k: mid-side excess of G per unit p_k
       real(wp) :: turned(lanes, 2, 3) !< its derivative with respect to beta_k
       real(wp) :: bow(lanes, 3) !< w_k
+      real(wp) :: bow_strain(lanes, 3, 3) !< (S): 3/4 <grad N_k (x) grad N_l> w_l of each side (component, side)
       real(wp) :: slope(lanes, 2, 3) !< H at the in-plane points
       real(wp) :: gradient(lanes, 2, 2, 3) !< dG_c/dX_b (c, b, point)
       real(wp) :: c_inverse(lanes, 3) !< C^-1: 11, 22, 12
@@ -74,7 +75,10 @@ contains
             end do
          end do
       end do
-      if (section%formulation == formulation_s) call slope_strain(ref, b)
+      if (section%formulation == formulation_s) then
+         call slope_strain(ref, b)
+         if (level >= level_force) call bow_strain(ref, b)
+      end if
 
       b%m = 0
       b%m(:, 1, 1) = 1
@@ -165,4 +169,19 @@ contains
          b%v(:, 3) = 0.5_wp*b%v(:, 3) + third*(h(:, 1, 1)*h(:, 2, 1) + h(:, 1, 2)*h(:, 2, 2) + h(:, 1, 3)*h(:, 2, 3))
       end associate
    end subroutine slope_strain
+
+   !> What the bows of the sides add to half the derivative of V with respect to w_k.
+   pure subroutine bow_strain(ref, b)
+      type(reference_t), intent(in) :: ref
+      type(bending_t), intent(inout) :: b
+      integer, parameter :: pair(3, 3) = reshape([1, 4, 5, 4, 2, 6, 5, 6, 3], [3, 3])
+      integer :: k, v
+      do k = 1, 3
+         do v = 1, 3
+            b%bow_strain(:, v, k) = 0.75_wp*(ref%bubble_mean(:, v, pair(1, k))*b%bow(:, 1) &
+                                             + ref%bubble_mean(:, v, pair(2, k))*b%bow(:, 2) &
+                                             + ref%bubble_mean(:, v, pair(3, k))*b%bow(:, 3))
+         end do
+      end do
+   end subroutine bow_strain
 end module finshell_bending

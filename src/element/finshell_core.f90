@@ -8,19 +8,19 @@ module finshell_core
    use finshell_kinds, only: wp, i4, lanes
    use finshell_bending, only: bending_t, new_bending
    use finshell_core_force, only: work_t, new_work, add_slope_force, add_stabilised_force, add_paper_force
-   use finshell_core_hessian, only: stress_t, strain_derivatives_t, strain_derivatives, predict, bending_hessian, &
-      curvature_hessian, membrane_hessian, bow_hessian, add_side_terms, stabilised_geometric, paper_geometric
+   use finshell_core_hessian, only: stress_t, strain_derivatives_t, strain_derivatives, strain_variation, predict, &
+      bending_hessian, curvature_hessian, membrane_hessian, bow_hessian, add_side_terms, stabilised_geometric, paper_geometric
    use finshell_core_strain, only: n_core, row, column, drilling_stiffness, stabilised_strain, paper_strain
-   use finshell_curved, only: curved_t, refer_to, from_curved
+   use finshell_curved, only: curved_t, refer_to, refer_change_to, from_curved
    use finshell_drilling, only: drilling_t, new_drilling
    use finshell_filter, only: filter_t
    use finshell_kink, only: kink_t, new_kink
    use finshell_material, only: level_force, level_tangent
    use finshell_reference, only: reference_t, drilling_weight, higher_order_strain
-   use finshell_section, only: section_t, resultants_t, integrate, midsurface_thickness, formulation_s, points_per_block
+   use finshell_section, only: section_t, resultants_t, switches_t, integrate, midsurface_thickness, formulation_s, points_per_block
    implicit none
    private
-   public :: core_t, stress_t, evaluate_core, n_core
+   public :: core_t, stress_t, heading_t, evaluate_core, n_core
 
    type :: core_t
       real(wp) :: energy(lanes)
@@ -35,25 +35,35 @@ module finshell_core
       real(wp) :: geometric_gradient(lanes, n_core)
    end type core_t
 
+   !> For laws with switches (finshell_material): how much of the strains may be rounding, and where the element is about to move.
+   type :: heading_t
+      real(wp) :: floor(lanes) !< strain that rounding of the motion alone can make
+      logical :: directed = .false. !< false: it does not move, the rest is not looked at
+      real(wp) :: variation(lanes, n_core) !< of the core variables
+      real(wp) :: rate_floor(lanes) !< what of the change of strain rounding alone can make
+   end type heading_t
+
 contains
 
    !> Energy, gradient and Hessian of a block of elements.
    !>
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): with `stress`, the geometric part of the Hessian uses
    !> these resultants instead of its own. With `variation` of the core variables, the resultants linearised at this state are
-   !> returned as `predicted`, and no Hessian; both need level_tangent.
-   pure subroutine evaluate_core(section, level, ref, curved, filter, axes, core, status, stress, variation, predicted)
+   !> returned as `predicted`, and no Hessian; both need level_tangent, as does a directed `heading`.
+   pure subroutine evaluate_core(section, level, ref, curved, filter, axes, heading, core, status, stress, variation, predicted)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level
       type(reference_t), intent(in) :: ref
       type(curved_t), intent(in) :: curved !< has no effect in (P)
       type(filter_t), intent(in) :: filter
       real(wp), intent(in) :: axes(lanes, 2) !< cosine, sine of the material direction in the element frame
+      type(heading_t), intent(in) :: heading !< looked at by sections with switches
       type(core_t), intent(inout) :: core
       integer(i4), intent(inout) :: status(lanes)
       type(stress_t), intent(in), optional :: stress
       real(wp), intent(in), optional :: variation(lanes, n_core)
       type(stress_t), intent(out), optional :: predicted
+      type(switches_t) :: switches
       type(bending_t) :: bend
       type(drilling_t) :: drill
       real(wp) :: higher(lanes, 3, 3, 3), kh(lanes, 6), tau(lanes, 3), slope(lanes, 6)
@@ -62,6 +72,7 @@ contains
       real(wp) :: membrane(lanes, 3, 3), arc(lanes, 3, 9)
       real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes), beta0(lanes)
       real(wp) :: point_axes(points_per_block, 2)
+      real(wp) :: membrane_change(points_per_block, 3), curvature_change(points_per_block, 3)
       integer(i4) :: point_status(points_per_block)
       type(kink_t) :: kink
       logical :: stabilised
@@ -108,7 +119,22 @@ contains
          end do
       end do
       if (kink%any) call refer_to(curved, core%membrane, core%curvature)
-      call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status)
+      if (level >= level_tangent) &
+         call strain_derivatives(stabilised, ref, filter, tau, bend, drill, higher, l, dl, derivatives, kink)
+      if (section%switched) then
+         switches%directed = heading%directed
+         if (heading%directed) then
+            call strain_variation(derivatives, heading%variation, switches%membrane, switches%curvature)
+            if (kink%any) call refer_change_to(curved, switches%membrane, switches%curvature)
+         end if
+         do k = 0, 2*lanes, lanes
+            switches%floor(k + 1:k + lanes) = heading%floor
+            if (heading%directed) switches%rate_floor(k + 1:k + lanes) = heading%rate_floor
+         end do
+         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, switches)
+      else
+         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status)
+      end if
       if (kink%any) then
          core%force = core%resultants%n
          core%moment = core%resultants%m
@@ -129,9 +155,9 @@ contains
 
       call gradient_of(core%resultants, work, core%gradient)
       if (level < level_tangent) return
-      call strain_derivatives(stabilised, ref, filter, tau, bend, drill, higher, l, dl, work, derivatives, kink)
       if (present(variation) .and. present(predicted)) then
-         call predict(core%resultants, derivatives, variation, predicted)
+         call strain_variation(derivatives, variation, membrane_change, curvature_change)
+         call predict(core%resultants, membrane_change, curvature_change, predicted)
          return
       end if
 

@@ -26,7 +26,6 @@ module finshell_core_force
       real(wp) :: t(lanes, 2, 2) !< T
       real(wp) :: bending(lanes) !< M:T, conjugate to l
       real(wp) :: arc(lanes, 3) !< (S): Z = C^-1 sym(V T) C^-1: 11, 22, 12
-      real(wp) :: bow(lanes, 3, 3) !< (S): 3/4 <grad N_k (x) grad N_l> w_l of each side (component, side)
       real(wp) :: beta(lanes, 3) !< conjugate to beta_k p_k
       real(wp) :: drilling(lanes, 3) !< (S): conjugate to the drilling differences
    end type work_t
@@ -107,14 +106,6 @@ contains
             w%arc(:, 3) = 0.5_wp*(ci(:, 1)*s(:, 1) + ci(:, 3)*(total(:, 1) + total(:, 2)) + ci(:, 2)*s(:, 2))
          end associate
       end if
-      if (.not. stabilised) return
-      do k = 1, 3
-         do v = 1, 3
-            w%bow(:, v, k) = 0.75_wp*(ref%bubble_mean(:, v, pack(k, 1))*bend%bow(:, 1) &
-                                      + ref%bubble_mean(:, v, pack(k, 2))*bend%bow(:, 2) &
-                                      + ref%bubble_mean(:, v, pack(k, 3))*bend%bow(:, 3))
-         end do
-      end do
    end subroutine new_work
 
    !> Gradient with respect to midsurface strain and slopes, but for what the membrane strain has beside the slopes.
@@ -158,8 +149,8 @@ contains
             do point = 1, 3
                bow = bow - bend%share*(t(:, 1, point)*ref%bubble(:, 1, k, point) + t(:, 2, point)*ref%bubble(:, 2, k, point))
             end do
-            bow = 0.125_wp*(bow + 3*(w%slope_n(:, 1, 1)*w%bow(:, 1, k) + w%slope_n(:, 2, 1)*w%bow(:, 2, k) &
-                                     + w%slope_n(:, 3, 1)*w%bow(:, 3, k)))
+            bow = 0.125_wp*(bow + 3*(w%slope_n(:, 1, 1)*bend%bow_strain(:, 1, k) + w%slope_n(:, 2, 1)*bend%bow_strain(:, 2, k) &
+                                     + w%slope_n(:, 3, 1)*bend%bow_strain(:, 3, k)))
          end if
          next = 1 + mod(k, 3)
          do c = 1, 2

@@ -11,7 +11,7 @@ module finshell_core_hessian
    use finshell_section, only: resultants_t, points_per_block
    implicit none
    private
-   public :: stress_t, strain_derivatives_t, strain_derivatives, predict, bending_hessian, curvature_hessian, &
+   public :: stress_t, strain_derivatives_t, strain_derivatives, strain_variation, predict, bending_hessian, curvature_hessian, &
       membrane_hessian, bow_hessian, add_side_terms, stabilised_geometric, paper_geometric
 
    !> Resultants at the points, kept by mixed-integration-point Newton from one iteration to the next.
@@ -33,14 +33,13 @@ module finshell_core_hessian
 contains
 
    !> Derivatives of membrane strain and curvature.
-   pure subroutine strain_derivatives(stabilised, ref, filter, tau, bend, drill, higher, l, dl, w, d, kink)
+   pure subroutine strain_derivatives(stabilised, ref, filter, tau, bend, drill, higher, l, dl, d, kink)
       logical, intent(in) :: stabilised
       type(reference_t), intent(in) :: ref
       type(filter_t), intent(in) :: filter
       real(wp), intent(in) :: tau(lanes, 3), higher(lanes, 3, 3, 3), l(lanes), dl(lanes, 3)
       type(bending_t), intent(in) :: bend
       type(drilling_t), intent(in) :: drill
-      type(work_t), intent(in) :: w
       type(strain_derivatives_t), intent(inout) :: d
       type(kink_t), intent(in) :: kink
       real(wp) :: y(lanes, 2, 2, 9)
@@ -49,7 +48,7 @@ contains
       d%groups = merge(1, 3, stabilised)
       call slope_derivatives(ref, bend, d)
       if (stabilised) then
-         call slope_strain_derivatives(ref, bend, w, d)
+         call slope_strain_derivatives(ref, bend, d)
          do i = 1, 3
             d%membrane(:, :, i, 1) = d%slope_strain(:, :, i) + drill%strain_e(:, :, i)
             d%membrane(:, i, i, 1) = d%membrane(:, i, i, 1) + 1
@@ -138,10 +137,9 @@ contains
    end subroutine slope_derivatives
 
    !> Derivatives of V/2 in (S).
-   pure subroutine slope_strain_derivatives(ref, bend, w, d)
+   pure subroutine slope_strain_derivatives(ref, bend, d)
       type(reference_t), intent(in) :: ref
       type(bending_t), intent(in) :: bend
-      type(work_t), intent(in) :: w
       type(strain_derivatives_t), intent(inout) :: d
       real(wp), parameter :: third = 1.0_wp/3
       integer :: a, i, k, node, v
@@ -160,7 +158,7 @@ contains
             i = 1 + 2*node + a
             do v = 1, 3
                d%slope_strain(:, v, i) = d%slope_strain(:, v, i) &
-                  + 0.125_wp*(w%bow(:, v, node)*ref%side(:, a, node) - w%bow(:, v, k)*ref%side(:, a, k))
+                  + 0.125_wp*(bend%bow_strain(:, v, node)*ref%side(:, a, node) - bend%bow_strain(:, v, k)*ref%side(:, a, k))
             end do
          end do
       end do
@@ -292,12 +290,11 @@ contains
       end do
    end subroutine arc_derivatives
 
-   !> Resultants, linearised: those of this state plus tangent times the strains of a variation of the core variables.
-   pure subroutine predict(r, d, variation, predicted)
-      type(resultants_t), intent(in) :: r
+   !> Changes of membrane strain and curvature at the points for a variation of the core variables.
+   pure subroutine strain_variation(d, variation, membrane, curvature)
       type(strain_derivatives_t), intent(in) :: d
       real(wp), intent(in) :: variation(lanes, n_core)
-      type(stress_t), intent(out) :: predicted
+      real(wp), intent(out) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
       real(wp) :: de(lanes, 3), dk(lanes, 3)
       integer :: g, i, k, v
       do g = 1, 3
@@ -316,15 +313,23 @@ contains
             end do
          end do
          k = lanes*(g - 1)
-         do v = 1, 3
-            predicted%n(k + 1:k + lanes, v) = r%n(k + 1:k + lanes, v)
-            predicted%m(k + 1:k + lanes, v) = r%m(k + 1:k + lanes, v)
-            do i = 1, 3
-               predicted%n(k + 1:k + lanes, v) = predicted%n(k + 1:k + lanes, v) &
-                  + r%a(k + 1:k + lanes, pack(v, i))*de(:, i) + r%b(k + 1:k + lanes, pack(v, i))*dk(:, i)
-               predicted%m(k + 1:k + lanes, v) = predicted%m(k + 1:k + lanes, v) &
-                  + r%b(k + 1:k + lanes, pack(v, i))*de(:, i) + r%d(k + 1:k + lanes, pack(v, i))*dk(:, i)
-            end do
+         membrane(k + 1:k + lanes, :) = de
+         curvature(k + 1:k + lanes, :) = dk
+      end do
+   end subroutine strain_variation
+
+   !> Resultants, linearised: those of this state plus tangent times changes of the strains.
+   pure subroutine predict(r, membrane, curvature, predicted)
+      type(resultants_t), intent(in) :: r
+      real(wp), intent(in) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
+      type(stress_t), intent(out) :: predicted
+      integer :: i, v
+      do v = 1, 3
+         predicted%n(:, v) = r%n(:, v)
+         predicted%m(:, v) = r%m(:, v)
+         do i = 1, 3
+            predicted%n(:, v) = predicted%n(:, v) + r%a(:, pack(v, i))*membrane(:, i) + r%b(:, pack(v, i))*curvature(:, i)
+            predicted%m(:, v) = predicted%m(:, v) + r%b(:, pack(v, i))*membrane(:, i) + r%d(:, pack(v, i))*curvature(:, i)
          end do
       end do
    end subroutine predict

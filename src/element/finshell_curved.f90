@@ -13,7 +13,7 @@ module finshell_curved
    use finshell_status, only: status_invalid_argument
    implicit none
    private
-   public :: curved_t, new_curved, turn_nodes, refer_to, from_curved
+   public :: curved_t, new_curved, turn_nodes, refer_to, refer_change_to, from_curved
 
    type :: curved_t
       logical :: any !< a normal of the block differs from that of its facet; else the rest is not set
@@ -121,6 +121,16 @@ contains
          membrane(k + 1:k + lanes, 2) = membrane(k + 1:k + lanes, 2) - 0.5_wp*curved%v(:, 2)
          membrane(k + 1:k + lanes, 3) = membrane(k + 1:k + lanes, 3) - curved%v(:, 3)
          curvature(k + 1:k + lanes, :) = curvature(k + 1:k + lanes, :) + curved%curvature(:, :, g)
+      end do
+      call refer_change_to(curved, membrane, curvature)
+   end subroutine refer_to
+
+   !> The same for changes of the strains.
+   pure subroutine refer_change_to(curved, membrane, curvature)
+      type(curved_t), intent(in) :: curved
+      real(wp), intent(inout) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
+      integer :: k
+      do k = 0, 2*lanes, lanes
          call change_metric(membrane(k + 1:k + lanes, :))
          call change_metric(curvature(k + 1:k + lanes, :))
       end do
@@ -136,7 +146,7 @@ contains
             strain(:, v) = curved%strain(:, v, 1)*e(:, 1) + curved%strain(:, v, 2)*e(:, 2) + curved%strain(:, v, 3)*e(:, 3)
          end do
       end subroutine change_metric
-   end subroutine refer_to
+   end subroutine refer_change_to
 
    !> Resultants and tangents on the curved surface, pulled back to the facet.
    pure subroutine from_curved(level, curved, r)

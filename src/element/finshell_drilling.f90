@@ -150,6 +150,7 @@ contains
             metric(:, 3, kl) = lk(:, 1)*ll(:, 2) + lk(:, 2)*ll(:, 1)
          end associate
       end do
+      if (any(ref%bulge < 1)) call remove_straight(ref%bulge, mean)
       ! side differences from a: (a2 - a1 + a3, -a2, a1)
       do m = 1, 3
          do v = 1, 3
@@ -170,6 +171,19 @@ contains
          end do
       end do
    end subroutine bubble_part
+
+   !> Straight sides have no bubble.
+   pure subroutine remove_straight(bulge, mean)
+      real(wp), intent(in) :: bulge(lanes, 3)
+      real(wp), intent(inout) :: mean(lanes, 3, 6)
+      integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
+      integer :: kl, v
+      do kl = 1, 6
+         do v = 1, 3
+            mean(:, v, kl) = bulge(:, first(kl))*bulge(:, second(kl))*mean(:, v, kl)
+         end do
+      end do
+   end subroutine remove_straight
 
    pure subroutine evaluate(level, curved, c, a, quadratic)
       integer, intent(in) :: level

@@ -5,11 +5,12 @@
 module finshell_element
    use finshell_kinds, only: wp, i4, lanes
    use finshell_curved, only: curved_t, new_curved, turn_nodes
-   use finshell_core, only: core_t, stress_t, evaluate_core, n_core
+   use finshell_core, only: core_t, stress_t, heading_t, evaluate_core, n_core
    use finshell_filter, only: filter_t, new_filter
+   use finshell_heading, only: new_heading, set_direction
    use finshell_lift, only: lift, core_variation
    use finshell_material, only: level_energy, level_force, level_tangent
-   use finshell_reference, only: reference_t, new_reference
+   use finshell_reference, only: reference_t, new_reference, straighten
    use finshell_section, only: section_t, cauchy_stress, formulation_s
    use finshell_status, only: status_invalid_argument
    use finshell_vector_rotation, only: vector_rotation_t, new_vector_rotation, turn_state, turned_frame, add_vector_curvature
@@ -32,6 +33,11 @@ module finshell_element
       integer :: convention !< rotation_vector, rotation_quaternion or rotation_increment
       real(wp) :: state(lanes, 4, 3) !< quaternions an increment starts from
       real(wp) :: direction(lanes, 3) !< material direction 1, global; used when the section is not isotropic
+      real(wp) :: bulge(lanes, 3) !< 0 for sides that drilling rotations do not bend, else 1
+      !> With quaternions and level_tangent only. Displacements and spins: the tangent is the one-sided one in this direction where
+      !> a law has a switch (finshell_material).
+      logical :: has_toward
+      real(wp) :: toward(lanes, 18)
       logical :: has_normals
       real(wp) :: normal(lanes, 3, 3) !< of the curved reference at the nodes (element, component, node)
    end type block_t
@@ -51,15 +57,16 @@ contains
       type(curved_t) :: curved
       type(filter_t) :: filter
       type(core_t) :: core
+      type(heading_t) :: heading
       type(vector_rotation_t) :: vectors
-      real(wp) :: node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
+      real(wp) :: quaternion(lanes, 4, 3), node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
       integer :: i
 
-      call deform(section, level, block, ref, curved, filter, vectors, status)
+      call deform(section, level, block, ref, curved, filter, vectors, quaternion, heading, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
       if (.not. section%isotropic) call material_direction(ref, block%direction, axes, status)
-      call evaluate_core(section, level, ref, curved, filter, axes, core, status, stress)
+      call evaluate_core(section, level, ref, curved, filter, axes, heading, core, status, stress)
       energy = core%energy
       if (level < level_force) return
 
@@ -77,7 +84,7 @@ contains
    !> Resultants at the points of a block of elements, linearised at this state for nodal displacements and spins.
    pure subroutine predict_block(section, block, increment, stress, status)
       type(section_t), intent(in) :: section
-      type(block_t), intent(in) :: block
+      type(block_t), intent(in) :: block !< quaternions
       real(wp), intent(in) :: increment(lanes, 18) !< u1 t1 u2 t2 u3 t3, spins
       type(stress_t), intent(out) :: stress
       integer(i4), intent(out) :: status(lanes)
@@ -85,40 +92,43 @@ contains
       type(curved_t) :: curved
       type(filter_t) :: filter
       type(core_t) :: core
+      type(heading_t) :: heading
       type(vector_rotation_t) :: vectors
-      real(wp) :: axes(lanes, 2), variation(lanes, n_core)
-      call deform(section, level_tangent, block, ref, curved, filter, vectors, status)
+      real(wp) :: quaternion(lanes, 4, 3), axes(lanes, 2), variation(lanes, n_core)
+      call deform(section, level_tangent, block, ref, curved, filter, vectors, quaternion, heading, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
       if (.not. section%isotropic) call material_direction(ref, block%direction, axes, status)
       call core_variation(ref, filter, increment, variation)
-      call evaluate_core(section, level_tangent, ref, curved, filter, axes, core, status, variation=variation, &
+      call evaluate_core(section, level_tangent, ref, curved, filter, axes, heading, core, status, variation=variation, &
                          predicted=stress)
    end subroutine predict_block
 
-   !> Resultants, thickness stretch and stresses of a block of elements.
+   !> Resultants, thickness stretch and stresses of a block of elements; stresses only if they are asked for, since a law may end
+   !> at the surfaces before it ends at the integration points.
    !>
    !> Components refer to the material direction projected on the element and the in-plane normal to it, carried along by R.
-   pure subroutine recover_block(section, block, stretch, force, moment, stress, status)
+   pure subroutine recover_block(section, block, stretch, force, moment, status, stress, stress_status)
       type(section_t), intent(in) :: section
       type(block_t), intent(in) :: block
       real(wp), intent(out) :: stretch(lanes) !< thickness stretch of the midsurface
       real(wp), intent(out) :: force(lanes, 3) !< N11, N22, N12 per reference length, conjugate to Green-Lagrange strain
       real(wp), intent(out) :: moment(lanes, 3) !< M11, M22, M12
-      real(wp), intent(out) :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
-      integer(i4), intent(out) :: status(lanes)
+      integer(i4), intent(out) :: status(lanes) !< of all but the stresses
+      real(wp), intent(out), optional :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
+      integer(i4), intent(out), optional :: stress_status(lanes, 3) !< (bottom, middle, top); comes with `stress`
       type(reference_t) :: ref
       type(curved_t) :: curved
       type(filter_t) :: filter
       type(core_t) :: core
+      type(heading_t) :: heading
       type(vector_rotation_t) :: vectors
-      real(wp) :: axes(lanes, 2), back(lanes, 2), membrane(lanes, 3), curvature(lanes, 3)
-      integer(i4) :: found(lanes)
+      real(wp) :: quaternion(lanes, 4, 3), axes(lanes, 2), back(lanes, 2), membrane(lanes, 3), curvature(lanes, 3)
       integer :: i
 
-      call deform(section, level_energy, block, ref, curved, filter, vectors, status)
+      call deform(section, level_force, block, ref, curved, filter, vectors, quaternion, heading, status)
       call material_direction(ref, block%direction, axes, status)
-      call evaluate_core(section, level_force, ref, curved, filter, axes, core, status)
+      call evaluate_core(section, level_force, ref, curved, filter, axes, heading, core, status)
       stretch = core%stretch
       do i = 1, 3
          if (curved%any) then
@@ -131,18 +141,16 @@ contains
          membrane(:, i) = mean(core%membrane(:, i))
          curvature(:, i) = mean(core%curvature(:, i))
       end do
-      found = 0
-      do i = 1, 3
-         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, &
-                            stress(:, :, i), found)
-      end do
-      where (status == 0) status = found
       ! from the element frame into the material direction
       back(:, 1) = axes(:, 1)
       back(:, 2) = -axes(:, 2)
       call rotate_stress(lanes, back, force)
       call rotate_stress(lanes, back, moment)
+      if (.not. (present(stress) .and. present(stress_status))) return
       do i = 1, 3
+         stress_status(:, i) = status
+         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, &
+                            stress(:, :, i), stress_status(:, i))
          call rotate_stress(lanes, back, stress(:, :, i))
       end do
    end subroutine recover_block
@@ -154,19 +162,23 @@ contains
       m = (values(1:lanes) + values(lanes + 1:2*lanes) + values(2*lanes + 1:3*lanes))/3
    end function mean
 
-   !> Reference geometry and filtered motion of a block. `vectors`: unless the rotations are quaternions.
-   pure subroutine deform(section, level, block, ref, curved, filter, vectors, status)
+   !> Reference geometry and filtered motion of a block, and which way its laws' switches are looked at.
+   pure subroutine deform(section, level, block, ref, curved, filter, vectors, quaternion, heading, status)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level
       type(block_t), intent(in) :: block
       type(reference_t), intent(out) :: ref
       type(curved_t), intent(inout) :: curved
       type(filter_t), intent(out) :: filter
-      type(vector_rotation_t), intent(inout) :: vectors
+      type(vector_rotation_t), intent(inout) :: vectors !< set unless the rotations are quaternions
+      real(wp), intent(out) :: quaternion(lanes, 4, 3)
+      type(heading_t), intent(inout) :: heading
       integer(i4), intent(out) :: status(lanes)
-      real(wp) :: quaternion(lanes, 4, 3)
+      logical :: switched
       status = 0
       call new_reference(block%x, ref, status)
+      ref%bulge = block%bulge
+      if (any(block%bulge < 1)) call straighten(ref)
       curved%any = .false.
       if (block%has_normals .and. section%formulation == formulation_s) &
          call new_curved(section, ref, block%normal, curved, status)
@@ -177,8 +189,13 @@ contains
          if (block%convention == rotation_increment) call turn_state(vectors, block%state)
          quaternion = vectors%quaternion
       end if
+      heading%floor = 0
+      heading%directed = .false.
+      switched = section%switched .and. level >= level_tangent
+      if (switched) call new_heading(section, ref, curved, block%x, block%u, quaternion, heading)
       if (curved%any) call turn_nodes(curved, quaternion)
       call new_filter(ref, block%u, quaternion, filter, status)
+      if (switched .and. block%has_toward) call set_direction(section, ref, filter, block%toward, heading)
    end subroutine deform
 
    !> Cosine and sine of the material direction projected on the element.

@@ -14,7 +14,8 @@ module finshell_filter
 
    !> Largest filtered rotation (half-angle cosine 0.05: 174 degrees): the logarithm jumps at 180.
    real(wp), parameter :: smallest_half_cosine = 0.05_wp
-   real(wp), parameter :: few = 64*epsilon(1.0_wp)
+   !> Least J over tr C, and least J: below, the normal and C have lost half of their digits.
+   real(wp), parameter :: smallest_jacobian = 1.0e-8_wp
 
    type :: filter_t
       real(wp) :: strain(lanes, 3) !< midsurface Green-Lagrange strain (C - I)/2, Voigt
@@ -68,8 +69,8 @@ contains
       n(:, 2) = h1(:, 3)*h2(:, 1) - (1 + h1(:, 1))*h2(:, 3)
       n(:, 3) = (1 + h1(:, 1))*(1 + h2(:, 2)) - h1(:, 2)*h2(:, 1)
       filter%jacobian = sqrt(n(:, 1)**2 + n(:, 2)**2 + n(:, 3)**2)
-      ! .not. > catches NaN as well; a J below rounding of the side lengths, reference or current, has no normal
-      where (status == 0 .and. (.not. filter%jacobian > few*max(filter%c(:, 1) + filter%c(:, 2), few) &
+      ! .not. > catches NaN as well
+      where (status == 0 .and. (.not. filter%jacobian > smallest_jacobian*max(filter%c(:, 1) + filter%c(:, 2), 1.0_wp) &
                                 .or. filter%jacobian > huge(1.0_wp)*epsilon(1.0_wp))) status = status_collapsed_element
       inverse = 1/filter%jacobian
       do i = 1, 3

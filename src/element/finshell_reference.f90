@@ -7,7 +7,8 @@ module finshell_reference
    use finshell_status, only: status_degenerate_reference
    implicit none
    private
-   public :: reference_t, new_reference, drilling_weight, higher_order_strain, side_from, side_to, zeta, n_side, alpha_b
+   public :: reference_t, new_reference, judge_triangles, straighten, drilling_weight, higher_order_strain, side_from, &
+      side_to, zeta, n_side, alpha_b
 
    !> Side k runs from node side_from(k) to node side_to(k).
    integer, parameter :: side_from(3) = [1, 2, 3], side_to(3) = [2, 3, 1], opposite_of_side(3) = [3, 1, 2]
@@ -16,6 +17,11 @@ module finshell_reference
    real(wp), parameter :: zeta(3, 3) = reshape([4, 1, 1, 1, 4, 1, 1, 1, 4], [3, 3])/6.0_wp
    !> Side function 4 zeta_i zeta_j (side, point).
    real(wp), parameter :: n_side(3, 3) = reshape([4, 1, 4, 4, 4, 1, 1, 4, 4], [3, 3])/9.0_wp
+
+   !> A triangle whose height is this part of its longest side has lost six digits of its normal.
+   real(wp), parameter :: flattest = 1.0e-10_wp
+   !> Lengths beyond this, or below its inverse, are refused: the element multiplies four of them.
+   real(wp), parameter :: longest_side = 1.0e60_wp
 
    real(wp), parameter :: alpha_b = 1.5_wp !< force lumping of the basic part, the optimal value
 
@@ -31,6 +37,7 @@ module finshell_reference
       real(wp) :: bubble_mean(lanes, 3, 6)
       !> Basic drilling strain (Voigt) per unit (tau_1 - tau_3), (tau_2 - tau_3), and bow of side 1 (finshell_kink).
       real(wp) :: basic(lanes, 3, 3)
+      real(wp) :: bulge(lanes, 3) !< set by the caller: 0 for a straight side, else 1
    end type reference_t
 
 contains
@@ -39,7 +46,7 @@ contains
    pure subroutine new_reference(nodes, ref, status)
       real(wp), intent(in) :: nodes(lanes, 3, 3) !< (element, component, node)
       type(reference_t), intent(out) :: ref
-      integer(i4), intent(inout) :: status(lanes) !< status_degenerate_reference where the area vanishes
+      integer(i4), intent(inout) :: status(lanes) !< status_degenerate_reference, see judge_triangles
       real(wp), dimension(lanes, 3) :: a, b, c, column
       real(wp), dimension(lanes) :: length, twice_area, inverse
       integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
@@ -53,10 +60,6 @@ contains
       c(:, 3) = a(:, 1)*b(:, 2) - a(:, 2)*b(:, 1)
       length = sqrt(a(:, 1)**2 + a(:, 2)**2 + a(:, 3)**2)
       twice_area = sqrt(c(:, 1)**2 + c(:, 2)**2 + c(:, 3)**2)
-      ! a triangle flatter than this has lost its normal to rounding
-      where (.not. twice_area > 64*epsilon(1.0_wp)*length*sqrt(b(:, 1)**2 + b(:, 2)**2 + b(:, 3)**2))
-         status = status_degenerate_reference
-      end where
       inverse = 1/length
       do i = 1, 3
          ref%frame(:, i, 1) = a(:, i)*inverse
@@ -83,6 +86,7 @@ contains
          end do
          ref%side2(:, k) = ref%side(:, 1, k)**2 + ref%side(:, 2, k)**2
       end do
+      call judge_triangles(lanes, twice_area, max(ref%side2(:, 1), ref%side2(:, 2), ref%side2(:, 3)), status)
       do i = 1, 2
          a(:, i) = (ref%x(:, i, 2) + ref%x(:, i, 3))/3
          do k = 1, 3
@@ -120,6 +124,47 @@ contains
       ref%basic(:, 2, 3) = -bow*ref%side(:, 1, 1)*ref%gradient(:, 2, 3)
       ref%basic(:, 3, 3) = bow*(ref%side(:, 2, 1)*ref%gradient(:, 2, 3) - ref%side(:, 1, 1)*ref%gradient(:, 1, 3))
    end subroutine new_reference
+
+   !> Whether triangles are ones to compute with, by the same measure for every numbering and unit of length; NaN are not.
+   pure subroutine judge_triangles(n, twice_area, longest2, status)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: twice_area(n)
+      real(wp), intent(in) :: longest2(n) !< longest sides, squared
+      integer(i4), intent(inout) :: status(n) !< status_degenerate_reference where they are not
+      integer :: i
+      logical :: sound
+      do i = 1, n
+         sound = twice_area(i) > flattest*longest2(i) .and. longest2(i) < longest_side**2 .and. longest2(i) > longest_side**(-2)
+         status(i) = merge(status(i), status_degenerate_reference, sound)
+      end do
+   end subroutine judge_triangles
+
+   !> Keep sides straight: their drilling rotations move them no longer. For sides whose displacement is prescribed: it is linear
+   !> there, and what holds them does no work on a bulge.
+   pure subroutine straighten(ref)
+      type(reference_t), intent(inout) :: ref
+      real(wp), dimension(lanes) :: amplitude, gx, gy, nx, ny
+      real(wp) :: strain(lanes, 3)
+      integer :: k, v
+      do k = 1, 3
+         ! mean strain of the bulge alpha_b/8 (tau_to - tau_from) 4 zeta_i zeta_j along the outward normal times the length
+         amplitude = (1 - ref%bulge(:, k))*(-alpha_b/6)
+         nx = ref%side(:, 2, k)
+         ny = -ref%side(:, 1, k)
+         gx = ref%gradient(:, 1, opposite_of_side(k))
+         gy = ref%gradient(:, 2, opposite_of_side(k))
+         strain(:, 1) = amplitude*nx*gx
+         strain(:, 2) = amplitude*ny*gy
+         strain(:, 3) = amplitude*(nx*gy + ny*gx)
+         do v = 1, 3
+            if (k /= 3) ref%basic(:, v, side_from(k)) = ref%basic(:, v, side_from(k)) + strain(:, v)
+            if (k /= 2) ref%basic(:, v, merge(1, 2, k == 3)) = ref%basic(:, v, merge(1, 2, k == 3)) - strain(:, v)
+         end do
+      end do
+      do v = 1, 3
+         ref%basic(:, v, 3) = ref%bulge(:, 1)*ref%basic(:, v, 3)
+      end do
+   end subroutine straighten
 
    !> Basic drilling strain of node i: column of the force-lumping matrix over the area (equal drilling gives none).
    pure subroutine basic_column(ref, i, column)

@@ -1,13 +1,16 @@
 !> What the result files receive at every converged increment: one record of numbers, and fields on nodes and elements.
+!>
+!> A number that does not exist (a stress where the law has ended) is declared `missing` by whoever made the field; it alone is
+!> written as NaN. A NaN that nobody declared is refused, as is an infinity.
 module finshell_field
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
    use finshell_kinds, only: wp
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_invalid_argument, status_not_a_number
    implicit none
    private
    public :: field_t, increment_t, name_t, check_field, check_fields, check_increment, has_displacement, layout
-   public :: without_slash
+   public :: gaps, monitor_value, with_gaps, without_slash
 
    !> Refuse a list of fields: before a file is created, because of its names, or later, because of its values.
    interface check_fields
@@ -20,6 +23,7 @@ module finshell_field
       character(len=:), allocatable :: name !< letters, digits, _ . - only: it becomes part of a path
       integer :: components = 1 !< 1: scalar, 3: vector, ...
       real(wp), allocatable :: values(:, :) !< (components, items); may stay unallocated until the first increment
+      logical, allocatable :: missing(:) !< (items) there is no value; unallocated: there are all
    end type field_t
 
    !> The numbers of one converged increment.
@@ -31,6 +35,10 @@ module finshell_field
       real(wp), allocatable :: monitors(:) !< in the order of the monitor names
       !> In the history only: 1 limit, 2 bifurcation, 3 both since the row before; 11, 12, 13 located here.
       integer :: critical_point = 0
+      real(wp) :: residual = 0 !< in the history only: relative, at convergence
+      real(wp) :: correction = 0
+      integer :: snap = 0 !< in the history only: 1 the increment has snapped to another state
+      logical, allocatable :: missing(:) !< (monitors) there is no value; unallocated: there are all
    end type increment_t
 
    !> A name of its own length, for lists of names.
@@ -57,6 +65,9 @@ contains
       else
          do i = 1, items
             if (all(ieee_is_finite(field%values(:, i)))) cycle
+            if (allocated(field%missing)) then
+               if (field%missing(i)) cycle
+            end if
             call raise(error, status_not_a_number, 'result field '//field%name//' is not finite at '//what//' ' &
                & //text_of(i)//' of increment '//text_of(increment)//'; the increment was not written')
             exit
@@ -80,6 +91,9 @@ contains
       if (.not. ieee_is_finite(record%load_factor)) call raise(error, status_not_a_number, &
          & 'the load factor of increment '//text_of(record%increment)//' is not finite; the increment was not written')
       do i = 1, found
+         if (allocated(record%missing)) then
+            if (record%missing(i)) cycle
+         end if
          if (.not. ieee_is_finite(record%monitors(i))) call raise(error, status_not_a_number, 'monitored quantity ' &
             & //monitors(i)%text//' is not finite at increment '//text_of(record%increment)//'; the increment was not written')
       end do
@@ -128,6 +142,35 @@ contains
          if (allocated(error)) return
       end do
    end subroutine check_names
+
+   !> Values as they are written: NaN where there is none.
+   pure function with_gaps(values, missing) result(written)
+      real(wp), intent(in) :: values(:, :) !< (components, items)
+      logical, intent(in), optional :: missing(:) !< (items)
+      real(wp), allocatable :: written(:, :)
+      integer :: i
+      written = values
+      if (.not. present(missing)) return
+      do i = 1, size(missing)
+         if (missing(i)) written(:, i) = ieee_value(1.0_wp, ieee_quiet_nan)
+      end do
+   end function with_gaps
+
+   !> Which items were written as missing.
+   pure function gaps(written) result(missing)
+      real(wp), intent(in) :: written(:, :) !< (components, items)
+      logical :: missing(size(written, 2))
+      missing = any(ieee_is_nan(written), dim=1)
+   end function gaps
+
+   !> A monitored quantity as it is written: NaN where there is none.
+   pure real(wp) function monitor_value(record, i)
+      type(increment_t), intent(in) :: record
+      integer, intent(in) :: i
+      monitor_value = record%monitors(i)
+      if (.not. allocated(record%missing)) return
+      if (record%missing(i)) monitor_value = ieee_value(1.0_wp, ieee_quiet_nan)
+   end function monitor_value
 
    !> Whether the nodal displacements are among the fields.
    pure logical function has_displacement(fields)

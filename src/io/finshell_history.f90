@@ -1,10 +1,11 @@
-!> The history file NAME.history.csv: one row per converged increment, in full precision, flushed at once.
+!> The history file NAME.history.csv: one row per converged increment, values in full precision, flushed at once.
 !>
-!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point. Names are quoted where CSV needs it.
+!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point,residual,correction,snap. Names are
+!> quoted where CSV needs it.
 module finshell_history
    use finshell_disk, only: cut_in_system, length_in_system, rename_in_system
    use finshell_error, only: error_t, raise, text_of
-   use finshell_field, only: check_increment, increment_t, name_t
+   use finshell_field, only: check_increment, increment_t, monitor_value, name_t
    use finshell_kinds, only: i8, wp
    use finshell_status, only: status_io_error
    implicit none
@@ -72,13 +73,13 @@ contains
       end if
       do i = 2, merge(0, size(lines), allocated(error))
          read (lines(i)%text, *, iostat=status) increment
-         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 4 + size(monitors)) &
+         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 7 + size(monitors)) &
             & call self%put(lines(i)%text, error)
          if (allocated(error)) exit
       end do
    end subroutine open_for_restart
 
-   !> Append one row. A row that is not finite is refused.
+   !> Append one row. A row that is not finite is refused, but for what it declares missing: this is written as NaN.
    subroutine append(self, record, error)
       class(history_file_t), intent(inout) :: self
       type(increment_t), intent(in) :: record
@@ -90,9 +91,10 @@ contains
       row = text_of(record%increment)//','//exact(record%load_factor)//','//text_of(record%iterations)//',' &
          & //text_of(record%negative_pivots)
       do i = 1, size(self%monitors)
-         row = row//','//exact(record%monitors(i))
+         row = row//','//exact(monitor_value(record, i))
       end do
-      row = row//','//text_of(record%critical_point)
+      row = row//','//text_of(record%critical_point)//','//text_of(record%residual)//','//text_of(record%correction) &
+         //','//text_of(record%snap)
       call self%put(row, error)
    end subroutine append
 
@@ -157,7 +159,7 @@ contains
       do i = 1, size(monitors)
          line = line//','//quoted(monitors(i)%text)
       end do
-      line = line//',critical_point'
+      line = line//',critical_point,residual,correction,snap'
    end function header
 
    !> A name as CSV wants it: in quotes, doubled inside, when it holds a comma, a quote or a blank at its ends.

@@ -33,6 +33,7 @@ module finshell_input
       integer :: threads = 0 !< 0: as OpenMP would
       type(structure_t) :: structure
       type(step_t), allocatable :: steps(:)
+      integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
       type(monitor_t), allocatable :: monitors(:)
       type(output_t) :: output
    end type input_t
@@ -127,7 +128,7 @@ contains
             call get(group, 'title', input%title, error, default='')
             call get(group, 'name', input%name, error, default=input%name)
             call check_name(group, 'name', input%name, error)
-            call get(group, 'threads', input%threads, error, default=0, minimum=0)
+            call get(group, 'threads', input%threads, error, default=0, minimum=0, maximum=1024)
             call check_all_used(group, error)
          end associate
       end do
@@ -225,15 +226,17 @@ contains
       integer :: i, n
 
       allocate (input%structure%loads(0))
-      allocate (input%steps(count_groups(namelist, 'step')))
+      allocate (input%steps(count_groups(namelist, 'step')), input%load_lines(0), input%step_lines(0))
       n = 0
       do i = 1, size(namelist%groups)
          select case (namelist%groups(i)%name)
          case ('load')
             call read_load(namelist%groups(i), input%structure, error)
+            input%load_lines = [input%load_lines, namelist%groups(i)%line]
          case ('step')
             n = n + 1
             call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%steps(n), error)
+            input%step_lines = [input%step_lines, namelist%groups(i)%line]
          end select
          if (allocated(error)) return
       end do

@@ -12,6 +12,7 @@ module finshell_input_mesh
    use finshell_mesh_annulus, only: annulus_mesh
    use finshell_mesh_strip, only: strip_mesh
    use finshell_gmsh, only: read_gmsh
+   use finshell_memory, only: lack_of_memory
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_normals, only: normals_choice_t, read_normals
    use finshell_input_common, only: get_sets, get_vector, place_error, kind_node, kind_element
@@ -75,8 +76,20 @@ contains
          call read_gmsh(folder//file, mesh, error)
       end if
       call place_error(group, 'file', error)
+      if (.not. allocated(error)) call check_memory(group, real(size(mesh%coordinates, 2), wp), error)
       mesh%coincident_nodes_allowed = coincident
    end subroutine read_file
+
+   !> Refuse so many nodes if they will not fit into memory.
+   subroutine check_memory(group, nodes, error)
+      type(group_t), intent(in) :: group
+      real(wp), intent(in) :: nodes
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: reason
+      if (allocated(error)) return
+      reason = lack_of_memory(nodes)
+      if (reason /= '') call complain_about(group, '', reason, error)
+   end subroutine check_memory
 
    subroutine generate(group, generator, mesh, error)
       type(group_t), intent(inout) :: group
@@ -116,8 +129,11 @@ contains
          call get(group, 'grading', grading, error, default=1.0_wp, above=0.0_wp)
          call get(group, 'diagonal', diagonal, error, default='alternating', choices='forward, backward, alternating')
          call check_all_used(group, error)
+         if (allocated(error)) return
+         call check_memory(group, sectors*real(core, wp)*(rings - 0.5_wp*core)/merge(2, merge(4, merge(8, 1, portion == 'eighth'), &
+            portion == 'quarter'), portion == 'half'), error)
          if (.not. allocated(error)) call disk_mesh(mesh, radius, rings, refusal, portion, sectors, core, grading, diagonal, &
-                                                   distortion)
+            distortion)
       end subroutine generate_disk
 
       subroutine generate_quadrilateral()
@@ -127,6 +143,7 @@ contains
          if (generator == 'quadrilateral') call get(group, 'corners', corners, error, required=.true., number=12)
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call check_all_used(group, error)
+         call check_cells(divisions)
          if (allocated(error)) return
          if (generator == 'rectangle') then
             call rectangle_mesh(mesh, lengths, divisions, refusal, diagonal, distortion)
@@ -144,8 +161,9 @@ contains
          call get(group, 'angles', angles, error, required=.true., number=2)
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call check_all_used(group, error)
+         call check_cells(divisions)
          if (.not. allocated(error)) call cylinder_mesh(mesh, radius, length, angles, divisions, refusal, diagonal, &
-                                                       distortion)
+            distortion)
       end subroutine generate_cylinder
 
       subroutine generate_sphere()
@@ -157,8 +175,9 @@ contains
          call get(group, 'azimuths', azimuths, error, required=.true., number=2)
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call check_all_used(group, error)
+         call check_cells(divisions)
          if (.not. allocated(error)) call sphere_mesh(mesh, radius, colatitudes, azimuths, divisions, refusal, diagonal, &
-                                                     distortion)
+            distortion)
       end subroutine generate_sphere
 
       subroutine generate_annulus()
@@ -170,7 +189,9 @@ contains
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call get(group, 'slit', slit, error, default=.true.)
          call check_all_used(group, error)
-         if (.not. allocated(error)) call annulus_mesh(mesh, radii, angles, divisions, refusal, diagonal, slit, distortion)
+         call check_cells(divisions)
+         if (.not. allocated(error)) call annulus_mesh(mesh, radii, angles, divisions, refusal, diagonal, slit, &
+            distortion)
       end subroutine generate_annulus
 
       subroutine generate_strip()
@@ -181,8 +202,16 @@ contains
          call get(group, 'twist', twist, error, default=0.0_wp)
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call check_all_used(group, error)
-         if (.not. allocated(error)) call strip_mesh(mesh, length, width, twist, divisions, refusal, diagonal, distortion)
+         call check_cells(divisions)
+         if (.not. allocated(error)) call strip_mesh(mesh, length, width, twist, divisions, refusal, diagonal, &
+            distortion)
       end subroutine generate_strip
+
+      subroutine check_cells(divisions)
+         integer, allocatable, intent(in) :: divisions(:)
+         if (allocated(error)) return
+         call check_memory(group, (1.0_wp + divisions(1))*(1.0_wp + divisions(2))*merge(2, 1, diagonal == 'cross'), error)
+      end subroutine check_cells
    end subroutine generate
 
    !> &node_set: nodes by place, by number, of other sets or of element sets, joined.

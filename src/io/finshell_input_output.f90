@@ -16,7 +16,8 @@ module finshell_input_output
    character(len=*), parameter :: field_names = &
       'displacement, rotation, reaction, thickness_stretch, membrane_force, moment, stress'
    !> Columns of the history that are always there.
-   character(len=*), parameter :: own_columns = ', increment, load_factor, iterations, negative_pivots,'
+   character(len=*), parameter :: own_columns = &
+      ', increment, load_factor, iterations, negative_pivots, critical_point, residual, correction,'
 
 contains
 

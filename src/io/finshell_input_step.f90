@@ -4,7 +4,7 @@ module finshell_input_step
    use finshell_error, only: error_t
    use finshell_mesh, only: mesh_t
    use finshell_step, only: step_t, convergence_t, convergence_preset, control_load, control_displacement, control_arc_length
-   use finshell_step, only: control_volume, control_linear, control_buckling
+   use finshell_step, only: control_volume, control_linear, control_buckling, snap_ignore, snap_mark, snap_refuse
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_common, only: get_set, get_component, kind_node, kind_element
    implicit none
@@ -115,9 +115,18 @@ contains
       type(group_t), intent(inout) :: group
       type(step_t), intent(inout) :: step
       type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: snap
 
       call get(group, 'switch_control', step%switch_control, error, default=step%switch_control)
+      call get(group, 'descent', step%descent, error, default=step%descent)
       call get(group, 'cautious', step%cautious, error, default=step%cautious)
+      call get(group, 'snap', snap, error, default='mark', choices='mark, refuse, ignore')
+      if (allocated(error)) return
+      select case (snap)
+      case ('ignore'); step%snap = snap_ignore
+      case ('refuse'); step%snap = snap_refuse
+      case default; step%snap = snap_mark
+      end select
       call get(group, 'patience', step%patience, error, default=step%patience, minimum=0)
       call get(group, 'locate', step%locate, error, default=step%locate)
       call get(group, 'switch_branch', step%switch_branch, error, default=step%switch_branch, minimum=0)

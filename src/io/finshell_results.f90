@@ -7,8 +7,8 @@
 !> `create` or `open_for_restart`, then `append` for every increment, then `close`; others may read the file meanwhile.
 module finshell_results
    use finshell_error, only: error_t, raise, text_of
-   use finshell_field, only: check_field, check_fields, check_increment, field_t, has_displacement, increment_t, layout, &
-      & name_t, without_slash
+   use finshell_field, only: check_field, check_fields, check_increment, field_t, gaps, has_displacement, increment_t, layout, &
+      & monitor_value, name_t, with_gaps, without_slash
    use finshell_hdf5, only: hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_table_t
    use finshell_kinds, only: i8, wp
    use finshell_status, only: status_invalid_argument, status_io_error
@@ -172,9 +172,9 @@ contains
          type(series_t), intent(in) :: series
          integer, intent(in) :: items
          type(field_t), intent(inout) :: field
-         if (allocated(error)) return
          if (.not. allocated(field%values)) allocate (field%values(field%components, items))
-         call series%values%get_reals(step*items, field%values, error)
+         if (.not. allocated(error)) call series%values%get_reals(step*items, field%values, error)
+         field%missing = gaps(field%values)
       end subroutine get_step
    end subroutine copy_steps
 
@@ -317,10 +317,10 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer :: i
       do i = 1, size(point_fields)
-         call put_series(self%points(i), self%nodes, point_fields(i)%values)
+         call put_series(self%points(i), self%nodes, with_gaps(point_fields(i)%values, point_fields(i)%missing))
       end do
       do i = 1, size(cell_fields)
-         call put_series(self%cells(i), self%elements, cell_fields(i)%values)
+         call put_series(self%cells(i), self%elements, with_gaps(cell_fields(i)%values, cell_fields(i)%missing))
       end do
       call put_series(self%load_factor, 1, reshape([record%load_factor], [1, 1]))
       if (self%restartable .and. .not. allocated(error)) &
@@ -334,7 +334,7 @@ contains
       call put_integer(self%history(3), int(record%negative_pivots, i8))
       call put_real(self%factors, record%load_factor)
       do i = 1, size(self%monitored)
-         call put_real(self%monitored(i), record%monitors(i))
+         call put_real(self%monitored(i), monitor_value(record, i))
       end do
    contains
       subroutine put_series(series, items, values)
@@ -376,8 +376,8 @@ contains
       integer(i8), allocatable :: counts(:, :)
       real(wp), allocatable :: factors(:, :), monitors(:, :, :)
       integer :: i
-      allocate (records(self%steps), counts(self%steps, size(counters)), factors(1, self%steps))
-      allocate (monitors(1, self%steps, size(self%monitored)))
+      allocate (records(self%steps), counts(self%steps, size(counters)), factors(1, self%steps), &
+         & monitors(1, self%steps, size(self%monitored)))
       do i = 1, size(counters)
          if (.not. allocated(error)) call self%history(i)%get_integers(0_i8, counts(:, i), error)
       end do
@@ -385,10 +385,10 @@ contains
       do i = 1, size(self%monitored)
          if (.not. allocated(error)) call self%monitored(i)%get_reals(0_i8, monitors(:, :, i), error)
       end do
-      if (allocated(error)) return
-      do i = 1, size(records)
+      do i = 1, merge(0, size(records), allocated(error))
          records(i) = increment_t(int(counts(i, 1)), factors(1, i), int(counts(i, 2)), int(counts(i, 3)))
          records(i)%monitors = monitors(1, i, :) ! gfortran 12 mistakes the stride in the line above
+         records(i)%missing = gaps(monitors(:, i, :))
       end do
    end subroutine read_records
 

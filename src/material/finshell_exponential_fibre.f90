@@ -2,7 +2,7 @@
 !>
 !> Fibres along material axis 1, in tension only. The law has no stiffness at all in the reference state: isotropic
 !> stress starts with the cube of the strain. The tangent jumps by 8 c0 c2 where fibres begin to be stretched; at I4 = 1
-!> they count as slack.
+!> they count as slack unless a direction says otherwise (finshell_material).
 module finshell_exponential_fibre
    use finshell_elementary, only: exp_remainder
    use finshell_invariant_law, only: invariant_law_t, response_t
@@ -48,6 +48,7 @@ contains
       made%fibre = 0.0_wp
       made%fibre(1, :) = 1.0_wp
       made%isotropic = .false.
+      made%switched = .true.
       made%families = 1
       made%c0 = values(1)
       made%c1 = values(2)
@@ -79,7 +80,7 @@ contains
          r%w4(i, 1) = g*g4
          r%w11(i) = g*(g1*g1 + 2.0_wp*self%c1)
          r%w14(i, 1) = g*g1*g4
-         r%w44(i, 1) = g*(g4*g4 + merge(2.0_wp*self%c2, 0.0_wp, f > 0.0_wp))
+         r%w44(i, 1) = g*(g4*g4 + merge(2.0_wp*self%c2, 0.0_wp, x4(i, 1) > r%threshold(i, 1)))
       end do
    end subroutine response
 

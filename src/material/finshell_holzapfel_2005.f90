@@ -42,6 +42,7 @@ contains
       made%fibre = 0.0_wp
       made%fibre(1, :) = 1.0_wp
       made%isotropic = .false.
+      made%switched = .true.
       made%families = 1
       made%mu = values(1)
       made%k1 = values(2)
@@ -75,7 +76,7 @@ contains
          r%w4(i, 1) = g*g4
          r%w11(i) = g*(g1*g1 + 2.0_wp*c1)
          r%w14(i, 1) = g*g1*g4
-         r%w44(i, 1) = g*(g4*g4 + merge(2.0_wp*c2, 0.0_wp, f > 0.0_wp))
+         r%w44(i, 1) = g*(g4*g4 + merge(2.0_wp*c2, 0.0_wp, x4(i, 1) > r%threshold(i, 1)))
       end do
    end subroutine response
 

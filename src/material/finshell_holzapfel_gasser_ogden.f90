@@ -14,7 +14,7 @@ module finshell_holzapfel_gasser_ogden
    public :: holzapfel_gasser_ogden_t, holzapfel_gasser_ogden_parameters, new_holzapfel_gasser_ogden
 
    type, extends(invariant_law_t) :: holzapfel_gasser_ogden_t
-      real(wp) :: c = 0.0_wp, k1 = 0.0_wp, k2 = 1.0_wp, kappa = 0.0_wp
+      real(wp) :: c = 0.0_wp, k1 = 0.0_wp, k2 = 1.0_wp
    contains
       procedure :: response
       procedure :: reference_tangent
@@ -48,6 +48,7 @@ contains
       made%fibre(2, :) = sin(angle)**2
       made%fibre(3, :) = cos(angle)*sin(angle)*[1.0_wp, -1.0_wp]
       made%isotropic = .false.
+      made%switched = .true.
       made%families = 2
       made%c = values(1)
       made%k1 = values(2)
@@ -60,7 +61,7 @@ contains
       class(holzapfel_gasser_ogden_t), intent(in) :: self
       real(wp), intent(in) :: x1(lanes), x4(lanes, 2)
       type(response_t), intent(inout) :: r
-      real(wp) :: f(lanes), q(lanes), m(lanes), a, g, h
+      real(wp) :: x(lanes), f(lanes), q(lanes), m(lanes), a, g, h
       integer :: i, j
       a = 1.0_wp - 3.0_wp*self%kappa
       do i = 1, lanes
@@ -69,7 +70,8 @@ contains
       end do
       do j = 1, 2
          do i = 1, lanes
-            f(i) = max(self%kappa*x1(i) + a*x4(i, j), 0.0_wp)
+            x(i) = self%kappa*x1(i) + a*x4(i, j)
+            f(i) = max(x(i), 0.0_wp)
             q(i) = self%k2*f(i)*f(i)
             r%valid(i) = r%valid(i) .and. q(i) < largest_exponent
             q(i) = min(q(i), largest_exponent)
@@ -77,7 +79,7 @@ contains
          call exp_remainder(lanes, q, m)
          do i = 1, lanes
             g = self%k1*(1.0_wp + (q(i) + m(i)))
-            h = merge(g*(1.0_wp + 2.0_wp*q(i)), 0.0_wp, f(i) > 0.0_wp)
+            h = merge(g*(1.0_wp + 2.0_wp*q(i)), 0.0_wp, x(i) > r%threshold(i, j))
             r%w(i) = r%w(i) + 0.5_wp*self%k1/self%k2*(q(i) + m(i))
             r%w1(i) = r%w1(i) + self%kappa*g*f(i)
             r%w4(i, j) = a*g*f(i)

@@ -5,10 +5,14 @@ module finshell_incompressible
    use finshell_status, only: status_material_limit
    implicit none
    private
-   public :: incompressible_t, metric_limit
+   public :: incompressible_t, metric_limit, shape_limit
 
    !> det C beyond this, or below its inverse, is refused: no shell is meant to stretch 1e10-fold, and nothing overflows.
    real(wp), parameter :: metric_limit = 1.0e40_wp
+
+   !> (tr C)^2/det C beyond this, a ratio of principal stretches of 3000, is refused by laws that divide by det C: det C and what is
+   !> made of it would have lost more than half of their digits, however accurate the strain is (exponents magnify the loss).
+   real(wp), parameter :: shape_limit = 1.0e7_wp
 
    type, extends(material_t), abstract :: incompressible_t
    contains
@@ -36,7 +40,7 @@ contains
             a2(i) = 1.0_wp + 2.0_wp*e(b + i, 1)
             a3(i) = -e(b + i, 3)
             det = a1(i)*a2(i) - a3(i)*a3(i)
-            ok = det*metric_limit > 1.0_wp .and. a1(i) + a2(i) > 0.0_wp .and. max(det, a1(i) + a2(i)) < metric_limit
+            ok = det*shape_limit > (a1(i) + a2(i))**2 .and. a1(i) + a2(i) > 0.0_wp .and. max(det, a1(i) + a2(i)) < metric_limit
             c(i) = 1.0_wp/merge(det, 1.0_wp, ok)
             l(b + i) = sqrt(c(i))
             status(b + i) = merge(status(b + i), status_material_limit, ok)

@@ -3,7 +3,7 @@
 !> A law only supplies W(I1 - 3, I4 - 1) with its first and second derivatives (`response`); strain measures, stress and tangent
 !> are made here. C33 = 1/det C is eliminated, so that I1 = tr C + 1/det C. Notation as in finshell_mooney_rivlin.
 module finshell_invariant_law
-   use finshell_incompressible, only: incompressible_t, metric_limit
+   use finshell_incompressible, only: incompressible_t, metric_limit, shape_limit
    use finshell_kinds, only: wp, i4, lanes
    use finshell_material, only: level_force, level_tangent
    use finshell_status, only: status_material_limit
@@ -16,15 +16,19 @@ module finshell_invariant_law
       real(wp) :: w(lanes), w1(lanes), w11(lanes)
       real(wp) :: w4(lanes, 2), w14(lanes, 2), w44(lanes, 2)
       logical :: valid(lanes) !< false: the law has ended
+      !> Given: what a family looks at must be larger for its stiffness to count. Near 0; energy and stress switch at 0.
+      real(wp) :: threshold(lanes, 2)
    end type response_t
 
    type, extends(incompressible_t), abstract :: invariant_law_t
       integer :: families = 0 !< of fibres, 0 to 2
       !> Cosine squared, sine squared and their product of the angle between material axis 1 and the fibres.
       real(wp) :: fibre(3, 2) = 0.0_wp
+      real(wp) :: kappa = 0.0_wp !< dispersion: a family looks at kappa (I1 - 3) + (1 - 3 kappa) (I4 - 1)
    contains
       procedure(response_interface), deferred :: response
       procedure :: plane_stress
+      procedure :: switched_plane_stress
    end type invariant_law_t
 
    abstract interface
@@ -33,7 +37,7 @@ module finshell_invariant_law
          class(invariant_law_t), intent(in) :: self
          real(wp), intent(in) :: x1(lanes) !< I1 - 3 >= 0
          real(wp), intent(in) :: x4(lanes, 2) !< I4 - 1 of each family
-         !> Zero on entry. Where it is not valid the values must still be finite.
+         !> Zero on entry, but `threshold`. Where it is not valid the values must still be finite.
          type(response_t), intent(inout) :: r
       end subroutine response_interface
    end interface
@@ -46,6 +50,27 @@ contains
       real(wp), intent(in) :: e(n, 3)
       real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
       integer(i4), intent(inout) :: status(n)
+      call evaluate(self, n, level, e, w, s, d, status)
+   end subroutine plane_stress
+
+   !> See finshell_material.
+   pure subroutine switched_plane_stress(self, n, level, e, floor, w, s, d, status, rate, rate_floor)
+      class(invariant_law_t), intent(in) :: self
+      integer, intent(in) :: n, level
+      real(wp), intent(in) :: e(n, 3), floor(n)
+      real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
+      integer(i4), intent(inout) :: status(n)
+      real(wp), intent(in), optional :: rate(n, 3), rate_floor(n)
+      call evaluate(self, n, level, e, w, s, d, status, floor, rate, rate_floor)
+   end subroutine switched_plane_stress
+
+   pure subroutine evaluate(self, n, level, e, w, s, d, status, floor, rate, rate_floor)
+      class(invariant_law_t), intent(in) :: self
+      integer, intent(in) :: n, level
+      real(wp), intent(in) :: e(n, 3)
+      real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
+      integer(i4), intent(inout) :: status(n)
+      real(wp), intent(in), optional :: floor(n), rate(n, 3), rate_floor(n)
       type(response_t) :: r
       real(wp), dimension(lanes) :: e1, e2, e3, c, x1, d1, d2, d3
       real(wp) :: x4(lanes, 2), p, q, delta, det, f, g, a1, a2, a3, k, m1, m2, m3
@@ -58,7 +83,7 @@ contains
             q = 4.0_wp*e(b + i, 1)*e(b + i, 2) - e(b + i, 3)*e(b + i, 3)
             delta = p + q
             det = (1.0_wp + 2.0_wp*e(b + i, 1))*(1.0_wp + 2.0_wp*e(b + i, 2)) - e(b + i, 3)*e(b + i, 3)
-            ok = det*metric_limit > 1.0_wp .and. p > -2.0_wp .and. max(delta, p) < metric_limit
+            ok = det*shape_limit > (2.0_wp + p)**2 .and. p > -2.0_wp .and. max(delta, p) < metric_limit
             ! a refused strain is evaluated like none, so that nothing traps or overflows
             e1(i) = merge(e(b + i, 1), 0.0_wp, ok)
             e2(i) = merge(e(b + i, 2), 0.0_wp, ok)
@@ -82,6 +107,22 @@ contains
                x4(i, j) = 2.0_wp*(e1(i)*self%fibre(1, j) + e2(i)*self%fibre(2, j) + e3(i)*self%fibre(3, j))
             end do
          end do
+         r%threshold = 0.0_wp
+         if (present(floor)) then
+            do j = 1, self%families
+               do i = 1, lanes
+                  r%threshold(i, j) = floor(b + i)
+               end do
+               if (.not. (present(rate) .and. present(rate_floor))) cycle
+               do i = 1, lanes
+                  f = 2.0_wp*(d1(i)*rate(b + i, 1) + d2(i)*rate(b + i, 2) + d3(i)*rate(b + i, 3))
+                  g = 2.0_wp*(self%fibre(1, j)*rate(b + i, 1) + self%fibre(2, j)*rate(b + i, 2) + self%fibre(3, j)*rate(b + i, 3))
+                  f = self%kappa*f + (1.0_wp - 3.0_wp*self%kappa)*g
+                  ! never 0: what is exactly at the switch must pass
+                  r%threshold(i, j) = merge(-max(floor(b + i), tiny(1.0_wp)), floor(b + i), f > rate_floor(b + i))
+               end do
+            end do
+         end if
          r%w11 = 0.0_wp
          r%w4 = 0.0_wp
          r%w14 = 0.0_wp
@@ -143,5 +184,5 @@ contains
             end associate
          end do
       end do
-   end subroutine plane_stress
+   end subroutine evaluate
 end module finshell_invariant_law

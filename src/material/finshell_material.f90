@@ -5,6 +5,9 @@
 !> Voigt order: strain e = (E11, E22, 2 E12), stress s = (S11, S22, S12), so that dW = s . de. The tangent d = ds/de and the
 !> Hessian of the thickness stretch are symmetric 3x3 matrices stored as (11, 22, 33, 12, 13, 23).
 !> Green-Lagrange strain and second Piola-Kirchhoff stress; energy per reference volume.
+!>
+!> Some laws have switches: fibres that act in tension only. Stress and energy are continuous there, the tangent is not, so at
+!> the switch, as all fibres are in the reference state, it has to be said which one is meant (`switched_plane_stress`).
 module finshell_material
    use finshell_kinds, only: wp, i4
    implicit none
@@ -17,7 +20,11 @@ module finshell_material
    type, abstract :: material_t
       !> True when the response does not depend on the direction of the material axes.
       logical :: isotropic = .true.
+      character(len=32) :: name = '' !< as in finshell_registry, which sets it; for messages
+      !> True when the law has switches, and so overrides `switched_plane_stress`.
+      logical :: switched = .false.
    contains
+      procedure :: switched_plane_stress
       procedure(plane_stress_interface), deferred :: plane_stress
       procedure(thickness_stretch_interface), deferred :: thickness_stretch
       procedure(reference_tangent_interface), deferred :: reference_tangent
@@ -57,4 +64,21 @@ module finshell_material
          real(wp) :: d(6)
       end function reference_tangent_interface
    end interface
+
+contains
+
+   !> `plane_stress` with a tangent that does not depend on rounding: a switch counts as reached while the strain it looks at is
+   !> below `floor`. There the tangent is that without the fibres or, with `rate`, the one-sided one in the direction of this
+   !> change of strain: fibres act that it stretches.
+   pure subroutine switched_plane_stress(self, n, level, e, floor, w, s, d, status, rate, rate_floor)
+      class(material_t), intent(in) :: self
+      integer, intent(in) :: n, level
+      real(wp), intent(in) :: e(n, 3)
+      real(wp), intent(in) :: floor(n) !< strain that rounding alone can make
+      real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
+      integer(i4), intent(inout) :: status(n)
+      real(wp), intent(in), optional :: rate(n, 3) !< change of strain
+      real(wp), intent(in), optional :: rate_floor(n) !< what of it rounding alone can make; comes with `rate`
+      call self%plane_stress(n, level, e, w, s, d, status)
+   end subroutine switched_plane_stress
 end module finshell_material

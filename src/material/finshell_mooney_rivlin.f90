@@ -5,7 +5,7 @@
 !> (c from the product, delta from the sum: each is accurate where the other cancels):
 !> I1 - 3 = delta f - q = p - f and I2 - 3 = delta f - q c. A = adj C, so that C^-1 = c A.
 module finshell_mooney_rivlin
-   use finshell_incompressible, only: incompressible_t, metric_limit
+   use finshell_incompressible, only: incompressible_t, metric_limit, shape_limit
    use finshell_kinds, only: wp, i4, lanes
    use finshell_material, only: level_force, level_tangent, material_t
    use finshell_parameter, only: parameter_t, optional_parameter, required_parameter
@@ -61,7 +61,7 @@ contains
             q = 4.0_wp*e(b + i, 1)*e(b + i, 2) - e(b + i, 3)*e(b + i, 3)
             delta = p(i) + q
             det = (1.0_wp + 2.0_wp*e(b + i, 1))*(1.0_wp + 2.0_wp*e(b + i, 2)) - e(b + i, 3)*e(b + i, 3)
-            ok = det*metric_limit > 1.0_wp .and. p(i) > -2.0_wp .and. max(delta, p(i)) < metric_limit
+            ok = det*shape_limit > (2.0_wp + p(i))**2 .and. p(i) > -2.0_wp .and. max(delta, p(i)) < metric_limit
             ! a refused strain is evaluated like none, so that nothing traps or overflows
             p(i) = merge(p(i), 0.0_wp, ok)
             q = merge(q, 0.0_wp, ok)

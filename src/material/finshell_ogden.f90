@@ -2,10 +2,12 @@
 !>
 !> In principal axes, with logarithmic stretches y_a from the strain: S_a = (t(y_a) - t(y_3))/C_a, t(y) = sum mu e^(alpha y).
 !> Every difference is formed from e^z - 1 and ln(1 + z), so that nothing cancels for small strains; the shear term
-!> (S1 - S2)/(E1 - E2) is a quotient of such differences that has no singularity at equal stretches.
+!> (S1 - S2)/(E1 - E2) is a quotient of such differences that has no singularity at equal stretches. Large exponents make terms of
+!> very different size: a difference of exponentials is the larger one times a function of order 1, and S_a is turned from the
+!> principal axes without adding S_1 and S_2.
 module finshell_ogden
    use finshell_elementary, only: exp_remainder, log_remainder
-   use finshell_incompressible, only: incompressible_t, metric_limit
+   use finshell_incompressible, only: incompressible_t, metric_limit, shape_limit
    use finshell_kinds, only: wp, i4, lanes
    use finshell_material, only: level_force, level_tangent, material_t
    use finshell_parameter, only: parameter_t, optional_parameter, required_parameter
@@ -73,18 +75,21 @@ contains
       integer(i4), intent(inout) :: status(n)
       ! per point: strains, principal strain difference, 1/C_a, logarithmic stretches y (the third from incompressibility)
       real(wp), dimension(lanes) :: e1, e2, e3, gap, r1, r2, y1, y2, y3, dy
-      real(wp), dimension(lanes) :: x1, x2, x3, m1, m2, m3, u, energy, t1, t2, k1, k2, k3, g
-      real(wp) :: alpha, mu, p, q, det, mean, quotient, s1, s2, shear, c2, c3, d11, d22, d12
-      integer :: b, i, term
+      real(wp), dimension(lanes) :: x1, x2, x3, m1, m2, m3, w1, w2, w3, u, energy, t1, t2, k1, k2, k3, g
+      real(wp), dimension(lanes) :: c2, c3, a, b ! of the angle of the principal axes: cos 2, sin 2, cos^2, sin^2
+      real(wp) :: alpha, mu, p, det, mean, quotient, s1, s2, shear, d11, d22, d12, limit
+      integer :: first, i, term
       logical :: ok, valid(lanes)
-      do b = 0, n - lanes, lanes
+      ! an exponent magnifies what det C has lost
+      limit = shape_limit/max(1.0_wp, maxval(abs(self%alpha(:self%terms))))
+      do first = 0, n - lanes, lanes
          do i = 1, lanes
-            e1(i) = e(b + i, 1)
-            e2(i) = e(b + i, 2)
-            e3(i) = e(b + i, 3)
+            e1(i) = e(first + i, 1)
+            e2(i) = e(first + i, 2)
+            e3(i) = e(first + i, 3)
             p = 2.0_wp*(e1(i) + e2(i))
             det = (1.0_wp + 2.0_wp*e1(i))*(1.0_wp + 2.0_wp*e2(i)) - e3(i)*e3(i)
-            ok = det*metric_limit > 1.0_wp .and. p > -2.0_wp .and. max(det, p) < metric_limit
+            ok = det*limit > (2.0_wp + p)**2 .and. p > -2.0_wp .and. max(det, p) < metric_limit
             valid(i) = ok
             e1(i) = merge(e1(i), 0.0_wp, ok)
             e2(i) = merge(e2(i), 0.0_wp, ok)
@@ -100,16 +105,27 @@ contains
             r2(i) = 1.0_wp/(1.0_wp + x2(i))
             u(i) = 2.0_wp*gap(i)*r2(i) ! C1/C2 - 1
          end do
-         call log_remainder(lanes, x1, m1)
-         call log_remainder(lanes, x2, m2)
-         call log_remainder(lanes, u, m3)
+         call log_remainder(lanes, x1, m1, w1)
+         call log_remainder(lanes, x2, m2, w2)
+         call log_remainder(lanes, u, m3, w3)
          do i = 1, lanes
-            y1(i) = 0.5_wp*(x1(i) - m1(i))
-            y2(i) = 0.5_wp*(x2(i) - m2(i))
+            y1(i) = 0.5_wp*w1(i)
+            y2(i) = 0.5_wp*w2(i)
             y3(i) = -(y1(i) + y2(i))
-            dy(i) = 0.5_wp*(u(i) - m3(i))
+            dy(i) = 0.5_wp*w3(i)
             ! (y1 - y2)/(E1 - E2), with its limit 1/C2
-            k3(i) = r2(i)*merge(1.0_wp - m3(i)/merge(u(i), 1.0_wp, u(i) > 0.0_wp), 1.0_wp, u(i) > 0.0_wp)
+            ok = u(i) > 0.0_wp
+            k3(i) = r2(i)*merge(2.0_wp*dy(i)/merge(u(i), 1.0_wp, ok), 1.0_wp, ok)
+            ! principal axes, any where they are not defined; the smaller of the squares from their product
+            ok = gap(i) > 0.0_wp
+            c2(i) = merge((e1(i) - e2(i))/merge(gap(i), 1.0_wp, ok), 1.0_wp, ok)
+            c3(i) = merge(e3(i)/merge(gap(i), 1.0_wp, ok), 0.0_wp, ok)
+            a(i) = 0.5_wp*(1.0_wp + abs(c2(i)))
+            b(i) = 0.25_wp*c3(i)*c3(i)/a(i)
+            ok = c2(i) >= 0.0_wp
+            p = merge(a(i), b(i), ok)
+            b(i) = merge(b(i), a(i), ok)
+            a(i) = p
          end do
          energy = 0.0_wp
          t1 = 0.0_wp
@@ -128,34 +144,34 @@ contains
                x2(i) = merge(alpha*y2(i), 0.0_wp, valid(i))
                x3(i) = merge(alpha*y3(i), 0.0_wp, valid(i))
             end do
-            call exp_remainder(lanes, x1, m1)
-            call exp_remainder(lanes, x2, m2)
-            call exp_remainder(lanes, x3, m3)
+            call exp_remainder(lanes, x1, m1, w1)
+            call exp_remainder(lanes, x2, m2, w2)
+            call exp_remainder(lanes, x3, m3, w3)
             do i = 1, lanes
                energy(i) = energy(i) + mu/alpha*(m1(i) + m2(i) + m3(i)) ! the exponents add to zero
-               x1(i) = x1(i) + m1(i)
-               x2(i) = x2(i) + m2(i)
-               x3(i) = x3(i) + m3(i)
-               t1(i) = t1(i) + mu*(x1(i) - x3(i))
-               t2(i) = t2(i) + mu*(x2(i) - x3(i))
-               k1(i) = k1(i) + mu*alpha*(1.0_wp + x1(i))
-               k2(i) = k2(i) + mu*alpha*(1.0_wp + x2(i))
-               k3(i) = k3(i) + mu*alpha*(1.0_wp + x3(i))
+               ! e^x1 - e^x3 from e^x - 1 where both are near 1
+               t1(i) = t1(i) + mu*merge((x1(i) - x3(i)) + (m1(i) - m3(i)), w1(i) - w3(i), max(abs(x1(i)), abs(x3(i))) < 1.0_wp)
+               t2(i) = t2(i) + mu*merge((x2(i) - x3(i)) + (m2(i) - m3(i)), w2(i) - w3(i), max(abs(x2(i)), abs(x3(i))) < 1.0_wp)
+               k1(i) = k1(i) + mu*alpha*w1(i)
+               k2(i) = k2(i) + mu*alpha*w2(i)
+               k3(i) = k3(i) + mu*alpha*w3(i)
             end do
             if (level < level_force) cycle
             do i = 1, lanes
-               x1(i) = merge(alpha*dy(i), 0.0_wp, valid(i))
+               x1(i) = merge(-abs(alpha)*dy(i), 0.0_wp, valid(i))
             end do
-            call exp_remainder(lanes, x1, m1)
+            call exp_remainder(lanes, x1, m1, w3)
             do i = 1, lanes
+               ! (e^x1 - e^x2)/(x1 - x2): the larger exponential times (1 - e^z)/(-z), z = -|x1 - x2|
                ok = abs(x1(i)) > 0.0_wp
-               quotient = 1.0_wp + merge(m1(i)/merge(x1(i), 1.0_wp, ok), 0.0_wp, ok) ! (e^z - 1)/z
-               g(i) = g(i) + mu*alpha*(1.0_wp + x2(i))*quotient
+               quotient = 1.0_wp + merge(m1(i)/merge(x1(i), 1.0_wp, ok), 0.0_wp, ok)
+               if (x1(i) < -1.0_wp) quotient = (w3(i) - 1.0_wp)/x1(i)
+               g(i) = g(i) + mu*alpha*max(w1(i), w2(i))*quotient
             end do
          end do
          do i = 1, lanes
-            w(b + i) = energy(i)
-            status(b + i) = merge(status(b + i), status_material_limit, valid(i))
+            w(first + i) = energy(i)
+            status(first + i) = merge(status(first + i), status_material_limit, valid(i))
          end do
          if (level < level_force) cycle
 !GCC$ ivdep
@@ -163,9 +179,12 @@ contains
             s1 = t1(i)*r1(i)
             s2 = t2(i)*r2(i)
             g(i) = (g(i)*u(i) - 2.0_wp*s2)*r1(i) ! (S1 - S2)/(E1 - E2)
-            s(b + i, 1) = 0.5_wp*((s1 + s2) + g(i)*(e1(i) - e2(i)))
-            s(b + i, 2) = 0.5_wp*((s1 + s2) - g(i)*(e1(i) - e2(i)))
-            s(b + i, 3) = 0.5_wp*g(i)*e3(i)
+            ! mean and difference while the principal axes are ill defined
+            ok = gap(i)*r2(i) > 0.01_wp
+            p = g(i)*(e1(i) - e2(i))
+            s(first + i, 1) = merge(a(i)*s1 + b(i)*s2, 0.5_wp*((s1 + s2) + p), ok)
+            s(first + i, 2) = merge(b(i)*s1 + a(i)*s2, 0.5_wp*((s1 + s2) - p), ok)
+            s(first + i, 3) = 0.5_wp*g(i)*e3(i)
          end do
          if (level < level_tangent) cycle
 !GCC$ ivdep
@@ -174,20 +193,13 @@ contains
             d22 = (k2(i) + k3(i) - 2.0_wp*t2(i))*r2(i)*r2(i)
             d12 = k3(i)*r1(i)*r2(i)
             shear = 0.5_wp*g(i)
-            ! double angle of the principal axes, any where they are not defined
-            ok = gap(i) > 0.0_wp
-            c2 = merge((e1(i) - e2(i))/merge(gap(i), 1.0_wp, ok), 1.0_wp, ok)
-            c3 = merge(e3(i)/merge(gap(i), 1.0_wp, ok), 0.0_wp, ok)
-            ! mean, difference and isotropic parts of the principal stiffness
-            mean = 0.25_wp*(d11 + d22 + 2.0_wp*d12)
-            p = 0.25_wp*(d11 - d22)
-            q = 0.25_wp*(d11 + d22 - 2.0_wp*d12)
-            d(b + i, 1) = mean + 2.0_wp*p*c2 + q*c2*c2 + shear*c3*c3
-            d(b + i, 2) = mean - 2.0_wp*p*c2 + q*c2*c2 + shear*c3*c3
-            d(b + i, 3) = q*c3*c3 + shear*c2*c2
-            d(b + i, 4) = mean - q*c2*c2 - shear*c3*c3
-            d(b + i, 5) = p*c3 + (q - shear)*c2*c3
-            d(b + i, 6) = p*c3 - (q - shear)*c2*c3
+            p = a(i)*b(i)
+            d(first + i, 1) = d11*a(i)*a(i) + d22*b(i)*b(i) + 2.0_wp*d12*p + shear*c3(i)*c3(i)
+            d(first + i, 2) = d11*b(i)*b(i) + d22*a(i)*a(i) + 2.0_wp*d12*p + shear*c3(i)*c3(i)
+            d(first + i, 3) = (d11 + d22 - 2.0_wp*d12)*p + shear*c2(i)*c2(i)
+            d(first + i, 4) = (d11 + d22)*p + d12*(a(i)*a(i) + b(i)*b(i)) - shear*c3(i)*c3(i)
+            d(first + i, 5) = c3(i)*(0.5_wp*(d11*a(i) - d22*b(i) - d12*c2(i)) - shear*c2(i))
+            d(first + i, 6) = c3(i)*(0.5_wp*(d11*b(i) - d22*a(i) + d12*c2(i)) + shear*c2(i))
          end do
       end do
    end subroutine plane_stress

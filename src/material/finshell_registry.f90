@@ -137,7 +137,9 @@ contains
          if (.not. any(given)) message = message//' no parameter'
          call raise(error, status_invalid_argument, message)
          deallocate (law)
+         return
       end if
+      law%name = lower(name)
    end subroutine new_material
 
    pure function position(parameters, name) result(j)

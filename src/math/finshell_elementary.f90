@@ -20,11 +20,12 @@ module finshell_elementary
 
 contains
 
-   !> m = z - ln(1 + z) for z > -1: quadratic in z and accurate however small z is.
-   pure subroutine log_remainder(n, z, m)
+   !> m = z - ln(1 + z) for z > -1: quadratic in z and accurate however small z is; ln(1 + z) as well, accurate for z >> 1, too.
+   pure subroutine log_remainder(n, z, m, whole)
       integer, intent(in) :: n
       real(wp), intent(in) :: z(n) !< > -1
       real(wp), intent(out) :: m(n)
+      real(wp), intent(out), optional :: whole(n) !< ln(1 + z)
       real(wp) :: s, s2, s4, even, odd
       integer :: i, j
       do i = 1, n
@@ -41,17 +42,26 @@ contains
          end do
          m(i) = z(i)*s - 2.0_wp*s*s2*(even + s2*odd)
       end do
+      if (present(whole)) then
+         do i = 1, n
+            whole(i) = z(i) - m(i)
+         end do
+      end if
       if (all(abs(z) <= 0.5_wp)) return
       do i = 1, n
-         if (abs(z(i)) > 0.5_wp) m(i) = z(i) - log(1.0_wp + z(i))
+         if (abs(z(i)) <= 0.5_wp) cycle
+         s = log(1.0_wp + z(i))
+         m(i) = z(i) - s
+         if (present(whole)) whole(i) = s
       end do
    end subroutine log_remainder
 
-   !> r = e^z - 1 - z: quadratic in z and accurate however small z is.
-   pure subroutine exp_remainder(n, z, r)
+   !> r = e^z - 1 - z: quadratic in z and accurate however small z is; e^z as well, to full relative accuracy for z << 0, too.
+   pure subroutine exp_remainder(n, z, r, whole)
       integer, intent(in) :: n
       real(wp), intent(in) :: z(n)
       real(wp), intent(out) :: r(n)
+      real(wp), intent(out), optional :: whole(n) !< e^z
       real(wp) :: z1, z2, even, odd
       integer :: i, j
       do i = 1, n
@@ -66,9 +76,17 @@ contains
          end do
          r(i) = z2*(even + z1*odd)
       end do
+      if (present(whole)) then
+         do i = 1, n
+            whole(i) = 1.0_wp + (z(i) + r(i))
+         end do
+      end if
       if (all(abs(z) <= 1.0_wp)) return
       do i = 1, n
-         if (abs(z(i)) > 1.0_wp) r(i) = (exp(z(i)) - 1.0_wp) - z(i)
+         if (abs(z(i)) <= 1.0_wp) cycle
+         z1 = exp(z(i))
+         r(i) = (z1 - 1.0_wp) - z(i)
+         if (present(whole)) whole(i) = z1
       end do
    end subroutine exp_remainder
 end module finshell_elementary

@@ -123,7 +123,7 @@ contains
             p4 = p4*a2 + series_4(j)
             p5 = p5*a2 + series_5(j)
          end do
-         r = 1.0_wp/merge(1.0_wp, a(i), a(i) < 1.0_wp)
+         r = 1.0_wp/max(1.0_wp, a(i)) ! not merge: the compiler would divide by a
          r2 = r*r
          sine = 2.0_wp*sine_half(i)*cosine_half(i)
          c1(i) = merge(1.0_wp - a2*p3, sine*r, a(i) < 1.0_wp)

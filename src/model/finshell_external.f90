@@ -1,13 +1,15 @@
 !> External forces of a structure: dead nodal forces, summed up once, and follower pressures, evaluated on the deformed surface.
 !>
-!> Dead distributed loads are lumped consistently with the linear interpolation of the translations (a third of an
-!> element's load to each of its nodes, half of an edge's), in which rotations do no work.
+!> Dead distributed loads are lumped consistently with the linear interpolation of the translations: a third of an
+!> element's load to each of its nodes, half of an edge's. Loads on edges also work on the bulge of the sides, which depends on
+!> the drilling rotations: that part follows the deformation (finshell_line_load).
 module finshell_external
-   use finshell_kinds, only: wp, i4
+   use finshell_kinds, only: wp, i4, i8
    use finshell_status, only: status_input_error, status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
    use finshell_mesh, only: mesh_t, find_node_set, find_element_set, find_edge_set, &
       node_set_names, element_set_names, edge_set_names
+   use finshell_mesh_sorting, only: sorted_order, position_in_sorted
    use finshell_structure, only: structure_t
    use finshell_equations, only: equations_t
    use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure, &
@@ -15,7 +17,7 @@ module finshell_external
    use finshell_pressure_region, only: symmetric_origin
    implicit none
    private
-   public :: external_t, pressure_t, new_external
+   public :: external_t, pressure_t, side_load_t, new_external
 
    type :: pressure_t
       integer, allocatable :: elements(:)
@@ -25,9 +27,20 @@ module finshell_external
       real(wp) :: origin(3) = 0 !< of the enclosed volume
    end type pressure_t
 
+   !> A dead load on a side of an element that can bulge.
+   type :: side_load_t
+      integer :: element = 0
+      integer :: corners(3) = 0 !< ends of the side and the third node, as corners of the element, counter-clockwise
+      integer :: scaling = 1 !< as in pressure_t
+      real(wp) :: vector(3) = 0 !< force per reference length, for a factor of 1
+      real(wp) :: length = 0 !< reference length, or this element's share of it
+      real(wp) :: direction(3) = 0 !< of the side, reference
+   end type side_load_t
+
    type :: external_t
       real(wp), allocatable :: dead(:, :, :) !< (6, nodes, 2) forces and moments: proportional, constant
       type(pressure_t), allocatable :: pressures(:)
+      type(side_load_t), allocatable :: sides(:)
       !> Nodes with dead moments that are free to turn about two axes or more, and an element and its corner at each: such a
       !> moment is not conservative and has an unsymmetric stiffness.
       integer, allocatable :: turning_nodes(:), turning_elements(:), turning_corners(:)
@@ -47,6 +60,7 @@ contains
 
       allocate (self%dead(6, size(structure%mesh%coordinates, 2), 2), source=0.0_wp)
       pressures = 0
+      allocate (self%sides(0))
       if (.not. allocated(structure%loads)) then
          allocate (self%pressures(0), self%turning_nodes(0), self%turning_elements(0), self%turning_corners(0))
          return
@@ -64,6 +78,7 @@ contains
                at = find_edge_set(mesh, load%set)
                if (at == 0) call unknown('edge', load%set, edge_set_names(mesh), error)
                if (at > 0) call add_edge(self%dead, load, mesh, mesh%edge_sets(at)%edges)
+               if (at > 0) call add_sides(self%sides, load, mesh, mesh%edge_sets(at)%edges, equations%straight)
             case (load_traction, load_gravity)
                at = find_element_set(mesh, load%set)
                if (at == 0) call unknown('element', load%set, element_set_names(mesh), error)
@@ -151,6 +166,64 @@ contains
          end do
       end do
    end subroutine add_edge
+
+   !> The sides of elements that lie on edges, but those that supports keep straight.
+   pure subroutine add_sides(sides, load, mesh, edges, straight)
+      type(side_load_t), allocatable, intent(inout) :: sides(:)
+      type(load_t), intent(in) :: load
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: edges(:, :)
+      logical, intent(in), optional :: straight(:, :) !< (3, elements)
+      type(side_load_t), allocatable :: found(:)
+      integer(i8) :: key(size(edges, 2))
+      integer :: shared(size(edges, 2)), at(3*size(mesh%triangles, 2)), e, i, k, n
+      logical :: marked(size(mesh%coordinates, 2))
+
+      marked = .false.
+      do i = 1, size(edges, 2)
+         marked(edges(:, i)) = .true.
+         key(i) = edge_key(edges(:, i))
+      end do
+      key = key(sorted_order(key))
+      shared = 0
+      n = 0
+      do e = 1, size(mesh%triangles, 2)
+         do k = 1, 3
+            n = n + 1
+            at(n) = 0
+            if (.not. all(marked(mesh%triangles([k, 1 + mod(k, 3)], e)))) cycle
+            at(n) = position_in_sorted(key, edge_key(mesh%triangles([k, 1 + mod(k, 3)], e)))
+            if (at(n) > 0) shared(at(n)) = shared(at(n)) + 1
+         end do
+      end do
+      allocate (found(count(at > 0)))
+      i = 0
+      do n = 1, size(at)
+         if (at(n) == 0) cycle
+         e = (n + 2)/3
+         k = n - 3*(e - 1)
+         if (present(straight)) then
+            if (straight(k, e)) cycle
+         end if
+         i = i + 1
+         found(i)%element = e
+         found(i)%corners = [k, 1 + mod(k, 3), 1 + mod(k + 1, 3)]
+         found(i)%scaling = column_of(load)
+         found(i)%vector = load%vector
+         found(i)%direction = mesh%coordinates(:, mesh%triangles(1 + mod(k, 3), e)) - mesh%coordinates(:, mesh%triangles(k, e))
+         found(i)%length = norm2(found(i)%direction)
+         found(i)%direction = found(i)%direction/found(i)%length
+         found(i)%length = found(i)%length/shared(at(n))
+      end do
+      sides = [sides, found(:i)]
+
+   contains
+
+      pure integer(i8) function edge_key(nodes)
+         integer, intent(in) :: nodes(2)
+         edge_key = int(minval(nodes), i8)*(size(mesh%coordinates, 2) + 1_i8) + maxval(nodes)
+      end function edge_key
+   end subroutine add_sides
 
    subroutine add_area(dead, load, structure, elements, error)
       real(wp), intent(inout) :: dead(:, :, :)

@@ -11,7 +11,7 @@ module finshell_mesh
    public :: set_t, edge_set_t, mesh_t
    public :: new_mesh, add_node_set, add_element_set, add_edge_set
    public :: find_node_set, find_element_set, find_edge_set, node_set_names, element_set_names, edge_set_names
-   public :: mesh_area, mesh_size, twice_area_vector, node_text, element_text
+   public :: mesh_area, mesh_size, mean_side, twice_area_vector, node_text, element_text
 
    !> Nodes or elements by name; numbers ascending, each once.
    type :: set_t
@@ -203,6 +203,21 @@ contains
       type(mesh_t), intent(in) :: mesh
       length = norm2(maxval(mesh%coordinates, dim=2) - minval(mesh%coordinates, dim=2))
    end function mesh_size
+
+   !> Mean length of an element side.
+   pure function mean_side(mesh) result(length)
+      type(mesh_t), intent(in) :: mesh
+      real(wp) :: length
+      integer :: e, k
+      length = 0
+      do e = 1, size(mesh%triangles, 2)
+         do k = 1, 3
+            length = length + norm2(mesh%coordinates(:, mesh%triangles(mod(k, 3) + 1, e)) &
+                                    - mesh%coordinates(:, mesh%triangles(k, e)))
+         end do
+      end do
+      length = length/(3*size(mesh%triangles, 2))
+   end function mean_side
 
    pure function twice_area_vector(mesh, element) result(n)
       type(mesh_t), intent(in) :: mesh

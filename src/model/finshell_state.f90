@@ -16,6 +16,7 @@ module finshell_state
    !> A linear change of a state: the result of a linear solution, or a buckling mode.
    type :: linear_change_t
       real(wp), allocatable :: motion(:, :) !< (6, nodes) displacements and spins, global
+      real(wp), allocatable :: toward(:, :) !< (6, nodes) decides which fibres act (finshell_linear_step)
       logical :: alone = .false. !< results are those of the change, without the state it is a change of
       real(wp) :: energy = 0 !< change of the stored energy, to second order
    end type linear_change_t

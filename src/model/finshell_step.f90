@@ -5,14 +5,17 @@ module finshell_step
    use finshell_error, only: error_t, raise
    implicit none
    private
-   public :: step_t, convergence_t, convergence_preset
+   public :: step_t, convergence_t, convergence_preset, constant_ramp
    public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
-   public :: prescribes_monitored, off_the_way
+   public :: prescribes_monitored, off_the_way, snap_ignore, snap_mark, snap_refuse
 
    !> What is prescribed in an increment: the load factor; a displacement; the length of the increment; an enclosed volume.
    integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3, control_volume = 4
    !> Steps that leave the state as it is: a linear solution, linear buckling (finshell_linear_step, finshell_buckling).
    integer, parameter :: control_linear = 11, control_buckling = 12
+
+   !> What becomes of an increment that snaps to another state, after it has been refined.
+   integer, parameter :: snap_ignore = 0, snap_mark = 1, snap_refuse = 2
 
    !> When an increment counts as converged: both criteria at once (norms: `finshell_convergence`).
    type :: convergence_t
@@ -60,7 +63,9 @@ module finshell_step
       real(wp) :: near = 0 !< buckling: modes nearest to this load factor; 0: the lowest above the present one
       !> Displacement and volume control: arc-length stands in where the prescribed quantity turns round.
       logical :: switch_control = .true.
+      logical :: descent = .true. !< load control: where Newton's method fails, look for a stable state near by going down in energy
       logical :: cautious = .false. !< refuse increments that bend sharply, jump in pivots or miss their prediction by far
+      integer :: snap = snap_mark !< see finshell_caution; snap_ignore: as any other increment
       integer :: patience = 200 !< increments without coming nearer to the target than before; 0: no limit
       logical :: locate = .false. !< locate limit and bifurcation points
       integer :: switch_branch = 0 !< follow the branch from this bifurcation point, counted within the step; 0: never
@@ -70,6 +75,18 @@ module finshell_step
    end type step_t
 
 contains
+
+   !> The step under load control that brings in constant loads and supports before a given one.
+   pure function constant_ramp(step) result(ramp)
+      type(step_t), intent(in) :: step
+      type(step_t) :: ramp
+      ramp%convergence = step%convergence
+      ramp%name = 'constant loads'
+      ramp%first_increment = 1
+      ramp%growth = step%growth
+      ramp%descent = step%descent
+      ramp%wanted_iterations = step%wanted_iterations
+   end function constant_ramp
 
    !> Named tolerances: 'paper' (0.5 % of force, 1 % of the increment) or 'tight' (1e-8 of both). Error: unknown name.
    pure subroutine convergence_preset(name, convergence, error)

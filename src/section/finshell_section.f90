@@ -11,8 +11,8 @@ module finshell_section
    use finshell_voigt, only: rotate_strain, rotate_stress, rotate_tangent
    implicit none
    private
-   public :: section_t, layer_t, ply_t, resultants_t, new_section, new_layered_section, integrate, midsurface_thickness, &
-      reference_membrane_tangent, cauchy_stress
+   public :: section_t, layer_t, ply_t, resultants_t, switches_t, new_section, new_layered_section, integrate, &
+      midsurface_thickness, reference_membrane_tangent, cauchy_stress
    public :: formulation_s, formulation_p, points_per_block, default_points
 
    !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
@@ -49,7 +49,16 @@ module finshell_section
       logical :: arc = .true. !< (S): curvature by the tangents of the arc, not of its chord
       real(wp) :: beta0 = 0 !< weight of the higher-order drilling strain; 0: by the element's own size (finshell_reference)
       logical :: isotropic = .true. !< no layer depends on a material direction
+      logical :: switched = .false. !< a layer has switches (finshell_material)
    end type section_t
+
+   !> What laws with switches have to know at the points of a block, beside the strain.
+   type :: switches_t
+      real(wp) :: floor(points_per_block) !< strain that rounding of the motion alone can make
+      logical :: directed = .false. !< the tangent is the one-sided one in the direction of the rates, else that without fibres
+      real(wp) :: membrane(points_per_block, 3), curvature(points_per_block, 3) !< rates
+      real(wp) :: rate_floor(points_per_block)
+   end type switches_t
 
    !> Resultants per reference length and their derivatives, at `points_per_block` points.
    type :: resultants_t
@@ -139,6 +148,7 @@ contains
          associate (layer => section%layers(i), ply => plies(i))
             allocate (layer%law, source=ply%law)
             section%isotropic = section%isotropic .and. ply%law%isotropic
+            section%switched = section%switched .or. ply%law%switched
             layer%thickness = ply%thickness
             layer%cosine = cos(degree*ply%angle)
             layer%sine = sin(degree*ply%angle)
@@ -171,13 +181,16 @@ contains
    end function complaint
 
    !> Resultants of a block of points: strain at reference height z is `membrane + z curvature`.
-   pure subroutine integrate(section, level, membrane, curvature, axes, r, status)
+   !>
+   !> Laws with switches (finshell_material) take `switches` into account, and without it switch at 0 exactly.
+   pure subroutine integrate(section, level, membrane, curvature, axes, r, status, switches)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       real(wp), intent(in) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
       real(wp), intent(in) :: axes(points_per_block, 2) !< cosine, sine of the element's material direction
       type(resultants_t), intent(inout) :: r
       integer(i4), intent(inout) :: status(points_per_block)
+      type(switches_t), intent(in), optional :: switches
       real(wp) :: e(points_per_block, 3), k(points_per_block, 3), s(points_per_block, 3), d(points_per_block, 6)
       real(wp) :: x(points_per_block, 3), w(points_per_block), direction(points_per_block, 2)
       real(wp) :: weight, z
@@ -207,7 +220,11 @@ contains
                z = layer%z(p)
                weight = layer%weight(p)
                x = e + z*k
-               call layer%law%plane_stress(points_per_block, level, x, w, s, d, status)
+               if (layer%law%switched .and. present(switches)) then
+                  call switched(layer, z, level, x, direction, switches, w, s, d, status)
+               else
+                  call layer%law%plane_stress(points_per_block, level, x, w, s, d, status)
+               end if
                if (.not. layer%law%isotropic .and. level >= level_force) then
                   call rotate_stress(points_per_block, direction, s)
                   if (level >= level_tangent) call rotate_tangent(points_per_block, direction, d)
@@ -228,6 +245,24 @@ contains
          end associate
       end do
    end subroutine integrate
+
+   !> The law of a layer at height z, with switches.
+   pure subroutine switched(layer, z, level, x, direction, switches, w, s, d, status)
+      type(layer_t), intent(in) :: layer
+      real(wp), intent(in) :: z, x(points_per_block, 3), direction(points_per_block, 2)
+      integer, intent(in) :: level
+      type(switches_t), intent(in) :: switches
+      real(wp), intent(inout) :: w(points_per_block), s(points_per_block, 3), d(points_per_block, 6)
+      integer(i4), intent(inout) :: status(points_per_block)
+      real(wp) :: rate(points_per_block, 3), turned(points_per_block, 3)
+      if (.not. switches%directed) then
+         call layer%law%switched_plane_stress(points_per_block, level, x, switches%floor, w, s, d, status)
+         return
+      end if
+      rate = switches%membrane + z*switches%curvature
+      call rotate_strain(points_per_block, direction, rate, turned)
+      call layer%law%switched_plane_stress(points_per_block, level, x, switches%floor, w, s, d, status, turned, switches%rate_floor)
+   end subroutine switched
 
    !> Thickness stretch of the midsurface with its derivatives with respect to the membrane strain (paper eq. 25).
    pure subroutine midsurface_thickness(section, level, strain, axes, l, dl, ddl, status)
@@ -299,6 +334,11 @@ contains
          call law%thickness_stretch(lanes, level_energy, x, l, dl, ddl, status)
          call rotate_stress(lanes, direction, s)
       end associate
+      ! where the law has ended there may be no stretch either
+      do layer = 1, 3
+         where (status /= 0) e(:, layer) = 0
+      end do
+      where (status /= 0) l = 1
       jacobian = sqrt((1 + 2*e(:, 1))*(1 + 2*e(:, 2)) - e(:, 3)**2)
       inverse = 1/sqrt(2 + 2*e(:, 1) + 2*e(:, 2) + 2*jacobian)
       u(:, 1) = (1 + 2*e(:, 1) + jacobian)*inverse

@@ -29,12 +29,13 @@ module finshell_assembly
       logical, allocatable :: framed(:) ! (slots) a node has axes of its own
       integer(i4), allocatable :: frame(:) ! (nodes) 0: global axes
       real(wp), allocatable :: frames(:, :, :)
+      logical, allocatable :: straight(:, :) ! (3, slots) sides kept straight
    end type assembly_t
 
 contains
 
    !> Prepare the assembly. Errors: status_invalid_argument when array sizes do not fit each other.
-   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames)
+   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames, straight)
       type(assembly_t), intent(out) :: self
       type(sparsity_t), intent(in) :: pattern !< of the same triangles and equations
       integer, intent(in) :: triangles(:, :) !< (3, elements)
@@ -43,6 +44,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer, optional, intent(in) :: frame(:) !< (nodes) axes of each node: index into frames, 0 = global
       real(wp), optional, intent(in) :: frames(:, :, :) !< (3, 3, :) orthonormal columns: the axes
+      logical, optional, intent(in) :: straight(:, :) !< (3, elements) sides that drilling rotations do not bend
       integer :: s, e
 
       self%elements = size(triangles, 2)
@@ -77,6 +79,7 @@ contains
          self%corner(:, s) = int(triangles(:, e), i4)
          self%framed(s) = any(self%frame(triangles(:, e)) > 0)
       end do
+      if (present(straight)) self%straight = straight(:, self%patches%element)
       call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
    end subroutine new_assembly
 
@@ -98,7 +101,7 @@ contains
 
    !> Evaluate all elements and add them up. Without `values` only forces are evaluated, which is cheaper.
    subroutine assemble(self, sections, coordinates, u, q, internal_force, status, bad_element, values, energy, material_axes, &
-                       threads, resultants, normals)
+                       threads, resultants, toward, normals)
       type(assembly_t), intent(in) :: self
       type(section_t), intent(in) :: sections(:)
       real(wp), intent(in) :: coordinates(:, :) !< (3, nodes) reference positions
@@ -113,9 +116,12 @@ contains
       integer, optional, intent(in) :: threads !< default: `paying_threads`
       !> (n_resultants, slots) from `predict_stress`: for the geometric part of the tangent; unallocated counts as absent.
       real(wp), optional, intent(in) :: resultants(:, :)
+      real(wp), optional, intent(in) :: toward(:, :) !< (6, nodes) see `evaluate_elements`; global axes; with `values`
       real(wp), optional, intent(in) :: normals(:, :, :) !< (3, 3, elements) of a curved reference at the nodes of each element
       real(wp), allocatable :: patch_energy(:)
-      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :), stress(:, :), m(:, :, :)
+      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :), stress(:, :), d(:, :)
+      real(wp), allocatable :: m(:, :, :)
+      logical, allocatable :: straight(:, :)
       integer(i4), allocatable :: element_status(:)
       integer :: p, c, i, j, s, n, most, team
 
@@ -127,7 +133,8 @@ contains
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
 
-      !$omp parallel num_threads(team) default(shared) private(x, v, r, f, k, w, axes, stress, m, element_status, p, c, i, j, s, n)
+      !$omp parallel num_threads(team) default(shared) &
+      !$omp private(x, v, r, f, k, w, axes, stress, d, straight, m, element_status, p, c, i, j, s, n)
       allocate (x(3, 3, most), v(3, 3, most), r(4, 3, most), f(18, most), element_status(most))
       ! What is not asked for stays unallocated, and so counts as absent in the call below.
       if (present(values)) allocate (k(18, 18, most))
@@ -135,6 +142,8 @@ contains
       if (present(material_axes)) allocate (axes(3, most))
       if (present(normals)) allocate (m(3, 3, most))
       if (present(resultants) .and. present(values)) allocate (stress(n_resultants, most))
+      if (present(toward) .and. present(values)) allocate (d(18, most))
+      if (allocated(self%straight)) allocate (straight(3, most))
       if (present(values)) then
          !$omp do schedule(static)
          do i = 1, size(values)
@@ -157,14 +166,16 @@ contains
                   x(:, j, i) = coordinates(:, self%corner(j, s + i))
                   v(:, j, i) = u(:, self%corner(j, s + i))
                   r(:, j, i) = q(:, self%corner(j, s + i))
+                  if (allocated(d)) d(6*j - 5:6*j, i) = toward(:, self%corner(j, s + i))
                end do
                if (allocated(axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
                if (allocated(m)) m(:, :, i) = normals(:, :, self%patches%element(s + i))
                if (allocated(stress)) stress(:, i) = resultants(:, s + i)
+               if (allocated(straight)) straight(:, i) = self%straight(:, s + i)
             end do
             call evaluate_elements(sections(self%patches%group(p)), n, x, v, r(:, :, :n), rotation_quaternion, element_status, &
-                                   energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress, &
-                                   normal=m)
+                                   energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress, toward=d, &
+                                   straight=straight, normal=m)
             if (any(element_status(:n) /= status_ok)) then
                !$omp critical (finshell_bad_element)
                do i = 1, n
@@ -196,7 +207,7 @@ contains
    end subroutine assemble
 
    !> Resultants of all elements, linearised at this state for nodal displacements and spins (mixed-integration-point Newton).
-   subroutine predict_stress(self, sections, coordinates, u, q, increment, resultants, material_axes, threads, normals)
+   subroutine predict_stress(self, sections, coordinates, u, q, increment, resultants, material_axes, threads, toward, normals)
       type(assembly_t), intent(in) :: self
       type(section_t), intent(in) :: sections(:)
       real(wp), intent(in) :: coordinates(:, :), u(:, :), q(:, :) !< as for `assemble`
@@ -204,19 +215,24 @@ contains
       real(wp), intent(out) :: resultants(:, :) !< (n_resultants, slots): in the order of the assembly
       real(wp), optional, intent(in) :: material_axes(:, :)
       integer, optional, intent(in) :: threads !< default: `paying_threads`
+      real(wp), optional, intent(in) :: toward(:, :) !< as for `assemble`
       real(wp), optional, intent(in) :: normals(:, :, :) !< as for `assemble`
-      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :), m(:, :, :)
+      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :), t(:, :), m(:, :, :)
+      logical, allocatable :: straight(:, :)
       integer(i4), allocatable :: element_status(:)
       integer :: i, j, n, p, s, team
 
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
-      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, m, element_status, i, j, n, s)
+      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, t, m, straight, &
+      !$omp element_status, i, j, n, s)
       do p = 1, size(self%patches%group)
          s = self%patches%first(p) - 1
          n = self%patches%first(p + 1) - self%patches%first(p)
+         if (allocated(self%straight)) straight = self%straight(:, s + 1:s + n)
          allocate (x(3, 3, n), v(3, 3, n), r(4, 3, n), d(18, n), axes(3, n), element_status(n))
          ! unallocated: absent in the call below
+         if (present(toward)) allocate (t(18, n))
          if (present(normals)) allocate (m(3, 3, n))
          do i = 1, n
             do j = 1, 3
@@ -224,14 +240,16 @@ contains
                v(:, j, i) = u(:, self%corner(j, s + i))
                r(:, j, i) = q(:, self%corner(j, s + i))
                d(6*j - 5:6*j, i) = increment(:, self%corner(j, s + i))
+               if (allocated(t)) t(6*j - 5:6*j, i) = toward(:, self%corner(j, s + i))
             end do
             axes(:, i) = [1, 0, 0]
             if (present(material_axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
             if (present(normals)) m(:, :, i) = normals(:, :, self%patches%element(s + i))
          end do
          call predict_resultants(sections(self%patches%group(p)), n, x, v, r, d, resultants(:, s + 1:s + n), element_status, axes, &
-                                 m)
+                                 t, straight, m)
          deallocate (x, v, r, d, axes, element_status)
+         if (allocated(t)) deallocate (t)
          if (allocated(m)) deallocate (m)
       end do
       !$omp end parallel do

@@ -2,7 +2,8 @@
 !>
 !> K is the tangent at the state. K_geo is what a load factor of 1 adds to it: the geometric part for the resultants of the linear
 !> solution, at the geometry of the state, and the load stiffness of follower pressures. It is exact, a difference of two
-!> tangents that differ in nothing else; the change of the geometry before buckling is left out, as usual.
+!> tangents that differ in nothing else; the change of the geometry before buckling is left out, as usual. Fibres that act in
+!> tension only count for K where the linear solution stretches them (finshell_linear_step), first that of the constant loads.
 module finshell_buckling
    use finshell_kinds, only: wp, dp
    use finshell_arpack, only: pencil_t, lanczos
@@ -48,7 +49,7 @@ contains
       real(dp), allocatable :: factors(:), modes(:, :)
       real(dp) :: shift
       integer, allocatable :: order(:)
-      integer :: i
+      integer :: i, solutions
 
       call problem%accept()
       if (size(problem%external%turning_nodes) > 0) then
@@ -56,7 +57,7 @@ contains
             //', which can turn about several axes; such a moment is not conservative')
          return
       end if
-      call buckling_matrices(problem, pencil%stiffness, pencil%geometric, error)
+      call buckling_matrices(problem, pencil%stiffness, pencil%geometric, change%toward, solutions, error)
       if (.not. allocated(error)) call make_symmetric(problem, pencil, error)
       if (.not. allocated(error)) call pencil%solver%analyse(pencil%pattern, error)
       if (allocated(error)) return
@@ -74,41 +75,47 @@ contains
       do i = 1, size(order)
          call scatter(problem%equations, modes(:, order(i)), change%motion)
          call normalise(change)
-         call report_change(problem, change, problem%state%load_factor + factors(order(i)), control_buckling, observer, error)
+         call report_change(problem, change, problem%state%load_factor + factors(order(i)), control_buckling, &
+                            merge(solutions, 0, i == 1), observer, error)
          if (allocated(error)) exit
       end do
    end subroutine solve_buckling
 
    !> K and K_geo of the state, in the pattern of the problem. Constant loads that are not there yet count for K.
-   subroutine buckling_matrices(problem, stiffness, geometric, error)
+   subroutine buckling_matrices(problem, stiffness, geometric, toward, solutions, error)
       type(equilibrium_t), intent(inout) :: problem
       real(dp), allocatable, intent(out) :: stiffness(:), geometric(:)
+      real(wp), allocatable, intent(out) :: toward(:, :) !< (6, nodes) decides which fibres act, see `linear_motion`
+      integer, intent(out) :: solutions !< that it took to find them
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: constant(:, :), proportional(:, :), stress(:, :, :)
       real(wp) :: constant_change
 
       constant_change = 0
       if (problem%has_constants) constant_change = 1 - problem%state%constant_factor
-      call linear_motion(problem, 1.0_wp, 0.0_wp, proportional, error)
-      if (allocated(error)) return
-      constant = 0*proportional
-      if (abs(constant_change) > 0) call linear_motion(problem, 0.0_wp, constant_change, constant, error)
+      if (abs(constant_change) > 0) then
+         call linear_motion(problem, 0.0_wp, constant_change, constant, toward, solutions, error)
+         if (.not. allocated(error)) call linear_motion(problem, 1.0_wp, 0.0_wp, proportional, toward, solutions, error, constant)
+      else
+         call linear_motion(problem, 1.0_wp, 0.0_wp, proportional, toward, solutions, error)
+         constant = 0*proportional
+      end if
       if (allocated(error)) return
       allocate (stress(n_resultants, problem%assembly%elements, 2))
       associate (s => problem%structure)
          call predict_stress(problem%assembly, s%sections, s%mesh%coordinates, problem%state%displacement, problem%state%rotation, &
-            constant, stress(:, :, 1), s%direction)
+            constant, stress(:, :, 1), s%direction, toward=toward)
          call predict_stress(problem%assembly, s%sections, s%mesh%coordinates, problem%state%displacement, problem%state%rotation, &
-            constant + proportional, stress(:, :, 2), s%direction)
+            constant + proportional, stress(:, :, 2), s%direction, toward=toward)
       end associate
       problem%state%constant_factor = problem%state%constant_factor + constant_change
       problem%stress = stress(:, :, 1)
-      call problem%evaluate(.true., error)
+      call problem%evaluate_toward(.true., error, toward)
       if (.not. allocated(error)) then
          stiffness = problem%values
          problem%state%load_factor = problem%state%load_factor + 1
          problem%stress = stress(:, :, 2)
-         call problem%evaluate(.true., error)
+         call problem%evaluate_toward(.true., error, toward)
       end if
       if (.not. allocated(error)) geometric = problem%values - stiffness
       call problem%restore()

@@ -13,6 +13,10 @@
 !>   (displacement increment) / size, so that a field that hardly moves cannot hold up the other.
 !>
 !> Multiplying all lengths and forces by constants changes none of these ratios.
+!>
+!> No iteration brings the residual below what rounding the unknowns leaves of it. Its norms have therefore a floor, that of
+!> epsilon |matrix| |unknowns| (forces and moments apart): a residual below it is met, whatever was asked for. Measured on bent
+!> strips of 10x1 to 640x1 elements, h/L 1e-2 to 1e-7, the residual comes to rest at 0.07 to 0.2 of the floor.
 module finshell_convergence
    use finshell_kinds, only: wp, i1
    use finshell_equations, only: field_rotation
@@ -45,17 +49,19 @@ contains
    end function field_norms
 
    !> Residual over reference.
-   pure function residual_ratio(residual, field, levels, mean_levels, length, detail) result(ratio)
+   pure function residual_ratio(residual, field, levels, mean_levels, length, detail, least) result(ratio)
       real(wp), intent(in) :: residual(:)
       integer(i1), intent(in) :: field(:)
       real(wp), intent(in) :: levels(2) !< force and moment level of the current iterate
       real(wp), intent(in) :: mean_levels(2) !< mean levels of the converged increments
       real(wp), intent(in) :: length, detail
+      real(wp), intent(in), optional :: least(2) !< the references are at least this
       real(wp) :: ratio
       real(wp) :: reference(2), level(2), norms(2)
       level = max(levels, mean_levels)
       reference(1) = max(level(1), level(2)/length)
       reference(2) = max(level(2), level(1)*detail)
+      if (present(least)) reference = max(reference, least)
       norms = field_norms(residual, field)
       ratio = max(safe_ratio(norms(1), reference(1)), safe_ratio(norms(2), reference(2)))
    end function residual_ratio

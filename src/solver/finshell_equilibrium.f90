@@ -7,12 +7,12 @@
 module finshell_equilibrium
    use finshell_kinds, only: wp
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
-      status_invalid_argument, status_input_error, status_text
+      status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise, text_of
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion, update_quaternion
    use finshell_batch, only: n_resultants
-   use finshell_mesh, only: mesh_t, mesh_size, find_node_set, node_set_names
+   use finshell_mesh, only: mesh_size, mean_side
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t, linear_change_t, new_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
@@ -20,11 +20,16 @@ module finshell_equilibrium
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
-   use finshell_load_terms, only: add_pressures, add_turning, add_motion
+   use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_turning, add_motion, motion_of_held
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
+   use finshell_levels, only: force_levels
+   use finshell_watched_displacement, only: watch_displacement
+   use finshell_balance, only: balance_t
+   use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
-   use finshell_ground, only: is_soft, ground_stiffness
+   use finshell_ground, only: is_soft, ground_stiffness, lumped_weight
+   use finshell_element_limit, only: element_trouble
    implicit none
    private
    public :: equilibrium_t, new_equilibrium
@@ -36,6 +41,8 @@ module finshell_equilibrium
       type(linear_solver_t) :: solver
       real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
+      type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
+      real(wp), allocatable :: bulge_force(:, :) !< (6, nodes) part of external_force that loaded sides owe to their bulge
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
@@ -46,18 +53,25 @@ module finshell_equilibrium
       integer, allocatable :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
       real(wp), allocatable, private :: ground(:) !< values of the stand-in of a soft structure, once it was needed
       integer, allocatable, private :: moved_elements(:) !< elements at moved nodes
+      integer, allocatable, private :: diagonal(:) !< (n) where it stands among the values
    contains
       procedure :: evaluate
+      procedure :: evaluate_toward
       procedure :: factorise
       procedure :: solve
       procedure :: move
       procedure :: increment
+      procedure :: balance
+      procedure :: keep_base
       procedure :: watch
       procedure :: watch_volume
       procedure :: monitored
       procedure :: largest_rotation
-      procedure, private :: measure_levels
+      procedure :: magnitude
    end type equilibrium_t
+
+   !> Of the factorisation: a law without stiffness leaves more than the rounding of the matrix, up to 4 epsilons measured.
+   real(wp), parameter :: soft_tolerance = 50*epsilon(1.0_wp)
 
 contains
 
@@ -85,22 +99,28 @@ contains
       call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
       if (allocated(error)) return
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
-         error, self%equations%frame, self%equations%frames)
+         error, self%equations%frame, self%equations%frames, self%equations%straight)
       if (allocated(error)) return
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
+      self%soft = is_soft(structure%sections)
+      if (self%soft) self%solver%singular_tolerance = soft_tolerance
 
       self%n = self%equations%n
       self%field = self%equations%field
       self%size = mesh_size(structure%mesh)
-      self%soft = is_soft(structure%sections)
+      self%slenderness = minval(structure%sections%thickness)/self%size
       self%detail = mean_side(structure%mesh)
+      self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
+      self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, 2)) > 0)
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       if (allocated(self%ground)) deallocate (self%ground)
+      self%entry = entry_t()
+      self%base_entry = entry_t()
       allocate (self%residual(self%n), self%rate(self%n), source=0.0_wp)
       allocate (self%values(pattern%entries()), self%internal_force(6, nodes), self%external_force(6, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
@@ -114,44 +134,40 @@ contains
       call new_state(self%iterate, nodes)
    end subroutine new_equilibrium
 
-   pure function mean_side(mesh) result(length)
-      type(mesh_t), intent(in) :: mesh
-      real(wp) :: length
-      integer :: e, k
-      length = 0
-      do e = 1, size(mesh%triangles, 2)
-         do k = 1, 3
-            length = length + norm2(mesh%coordinates(:, mesh%triangles(mod(k, 3) + 1, e)) &
-                                    - mesh%coordinates(:, mesh%triangles(k, e)))
-         end do
-      end do
-      length = length/(3*size(mesh%triangles, 2))
-   end function mean_side
-
-   !> Forces, and with `tangent` the matrix. The one place where the elements are called.
+   !> Forces, and with `tangent` the matrix.
    subroutine evaluate(self, tangent, error)
       class(equilibrium_t), intent(inout) :: self
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
-      real(wp), allocatable :: unit_force(:, :, :), out_of_balance(:, :)
+      call self%evaluate_toward(tangent, error)
+   end subroutine evaluate
+
+   !> The same with the one-sided tangent in a direction of motion, for laws with switches. The one place that calls the elements.
+   subroutine evaluate_toward(self, tangent, error, toward)
+      class(equilibrium_t), intent(inout) :: self
+      logical, intent(in) :: tangent
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
+      real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
+      real(wp) :: levels(2)
       integer :: status, bad_element, active
 
       associate (s => self%structure)
          if (tangent) then
             self%assemblies = self%assemblies + 1
             call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               self%internal_force, status, bad_element, self%values, material_axes=s%direction, resultants=self%stress, &
-               normals=s%normal)
+               self%internal_force, status, bad_element, self%values, self%entry%energy, s%direction, &
+               resultants=self%stress, toward=toward, normals=s%normal)
          else
             self%force_evaluations = self%force_evaluations + 1
             call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               self%internal_force, status, bad_element, material_axes=s%direction, normals=s%normal)
+               self%internal_force, status, bad_element, energy=self%entry%energy, material_axes=s%direction, normals=s%normal)
          end if
       end associate
       if (status /= status_ok) then
          ! An infinite displacement is a diverged iteration, not a mistake of the input.
          call raise(error, merge(status_not_converged, status, status == status_not_a_number), &
-            'element '//text_of(bad_element)//': '//status_text(status))
+            element_trouble(self%structure, bad_element, status, self%base, self%state))
          return
       end if
 
@@ -175,60 +191,63 @@ contains
          call add_pressures(self%external, self%equations, self%moved_of, self%structure%mesh, self%state, self%assembly, active, &
             unit_force)
       end if
+      self%entry%unit_force = unit_force
+      bulges = 0*unit_force
+      if (tangent) then
+         call add_bulges(self%external, self%structure%mesh, self%state, self%assembly, bulges, self%values)
+      else
+         call add_bulges(self%external, self%structure%mesh, self%state, self%assembly, bulges)
+      end if
+      unit_force = unit_force + bulges
+      self%entry%bulges = bulges
+      self%bulge_force = self%state%load_factor*bulges(:, :, 1) + self%state%constant_factor*bulges(:, :, 2)
       self%external_force = self%state%load_factor*unit_force(:, :, 1) + self%state%constant_factor*unit_force(:, :, 2)
       if (tangent) then
-         call add_turning(self%external, self%internal_force, self%assembly, self%values)
+         call add_turning(self%external, self%internal_force - self%bulge_force, self%assembly, self%values)
          ! Moving the held components by the factor puts the structure out of balance too.
-         call add_motion(self%structure, self%equations, self%moved_of, self%moved_elements, self%state, active, &
-            self%internal_force, out_of_balance)
+         call add_motion(self%structure, self%equations, self%moved_elements, self%state, active, self%internal_force, &
+            out_of_balance, toward)
+         if (size(self%external%sides) > 0 .and. size(self%equations%moved) > 0) &
+            call change_of_bulges(self%external, self%structure%mesh, self%state, &
+                                  motion_of_held(self%equations, self%state, active), out_of_balance)
+         self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
             self%structure%mesh, self%equations, self%state, self%watched, self%watched_rate)
       end if
       out_of_balance = self%external_force - self%internal_force
+      self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
       call gather(self%equations, out_of_balance, self%residual)
-      call self%measure_levels(out_of_balance)
-   end subroutine evaluate
+      levels = force_levels(self%equations, self%external_force, out_of_balance)
+      self%force_level = levels(1)
+      self%moment_level = levels(2)
+   end subroutine evaluate_toward
 
-   !> Norms of external forces and of reactions, for the convergence criterion.
-   subroutine measure_levels(self, out_of_balance)
+   subroutine keep_base(self)
       class(equilibrium_t), intent(inout) :: self
-      real(wp), intent(in) :: out_of_balance(:, :)
-      real(wp) :: local(6), scale(2), reactions(2), loads(2)
-      integer :: i, node
+      self%base_entry = self%entry
+   end subroutine keep_base
 
-      scale = [maxval(abs(self%external_force(1:3, :))), maxval(abs(self%external_force(4:6, :)))]
-      do i = 1, size(self%equations%supported)
-         node = self%equations%supported(i)%node
-         scale(1) = max(scale(1), maxval(abs(out_of_balance(1:3, node))))
-         scale(2) = max(scale(2), maxval(abs(out_of_balance(4:6, node))))
-      end do
-      where (.not. scale > 0) scale = 1
-      reactions = 0
-      do i = 1, size(self%equations%supported)
-         node = self%equations%supported(i)%node
-         local(1:3) = out_of_balance(1:3, node)/scale(1)
-         local(4:6) = out_of_balance(4:6, node)/scale(2)
-         if (self%equations%frame(node) > 0) then
-            associate (axes => self%equations%frames(:, :, self%equations%frame(node)))
-               local(1:3) = matmul(local(1:3), axes)
-               local(4:6) = matmul(local(4:6), axes)
-            end associate
-         end if
-         where (self%equations%number(:, node) > 0) local = 0
-         reactions = reactions + [sum(local(1:3)**2), sum(local(4:6)**2)]
-      end do
-      loads = [sum((self%external_force(1:3, :)/scale(1))**2), sum((self%external_force(4:6, :)/scale(2))**2)]
-      self%force_level = scale(1)*sqrt(max(loads(1), reactions(1)))
-      self%moment_level = scale(2)*sqrt(max(loads(2), reactions(2)))
-   end subroutine measure_levels
+   function balance(self) result(value)
+      class(equilibrium_t), intent(inout) :: self
+      type(balance_t) :: value
+      if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
+         merge(2, 1, self%constant_phase), self%external, self%equations, self%moved_of, self%structure%mesh, self%assembly, value)
+   end function balance
 
    !> Factorise the tangent. A singular one is an error that names the node and component where the free motion is largest.
    subroutine factorise(self, error)
       class(equilibrium_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
-      call self%solver%factorise(self%values, error)
+      real(wp), allocatable :: damped(:)
+      if (self%damping > 0) then
+         damped = self%values
+         damped(self%diagonal) = damped(self%diagonal) + self%damping*self%weight
+         call self%solver%factorise(damped, error)
+      else
+         call self%solver%factorise(self%values, error)
+      end if
       self%negative_pivots = self%solver%negative_pivots
       self%determinant_sign = self%solver%determinant_sign
       if (.not. allocated(error)) return
@@ -312,47 +331,30 @@ contains
       end do
    end function largest_rotation
 
+   !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.
+   subroutine magnitude(self, x, added)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), intent(out) :: x(:)
+      real(wp), intent(out), optional :: added(:)
+      real(wp), allocatable :: nodal(:, :)
+      allocate (nodal(6, size(self%state%rotation, 2)))
+      nodal(1:3, :) = self%state%displacement
+      nodal(4:6, :) = 2*self%state%rotation(2:4, :)
+      call gather(self%equations, nodal, x)
+      if (present(added)) call self%solver%magnitude(x, added)
+   end subroutine magnitude
+
    !> Monitor the mean of a global displacement component over a node set.
    subroutine watch(self, node_set, component, error)
       class(equilibrium_t), intent(inout) :: self
       character(len=*), intent(in) :: node_set
       integer, intent(in) :: component
       type(error_t), allocatable, intent(out) :: error
-      integer :: at, i, k, node
-      real(wp) :: share, axis(3)
-
-      at = find_node_set(self%structure%mesh, node_set)
-      if (at == 0) then
-         call raise(error, status_input_error, "step: the mesh has no node set '"//node_set//"'; it has: " &
-            //node_set_names(self%structure%mesh))
-         return
-      end if
-      if (component < 1 .or. component > 3) then
-         call raise(error, status_invalid_argument, 'step: the monitored component must be a displacement, 1 to 3; found ' &
-            //text_of(component))
-         return
-      end if
-      self%watched_nodes = self%structure%mesh%node_sets(at)%members
-      self%watched_component = component
-      share = 1.0_wp/size(self%watched_nodes)
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
-      allocate (self%watched(self%n), source=0.0_wp)
-      self%watched_rate = 0
-      do i = 1, size(self%watched_nodes)
-         node = self%watched_nodes(i)
-         axis = 0
-         axis(component) = 1
-         if (self%equations%frame(node) > 0) axis = self%equations%frames(component, :, self%equations%frame(node))
-         do k = 1, 3
-            if (self%equations%number(k, node) > 0) self%watched(self%equations%number(k, node)) = share*axis(k)
-         end do
-         if (self%moved_of(node) > 0) &
-            self%watched_rate = self%watched_rate + share*self%equations%motion(component, self%moved_of(node), 1)
-      end do
-      if (.not. any(abs(self%watched) > 0) .and. .not. abs(self%watched_rate) > 0) &
-         call raise(error, status_input_error, "step: displacement "//text_of(component)//" of '"//node_set &
-         //"' is held by the supports; monitor one that can move")
+      call watch_displacement(self%structure%mesh, self%equations, self%moved_of, node_set, component, self%watched_nodes, &
+                              self%watched, self%watched_rate, error)
+      self%watched_component = component
    end subroutine watch
 
    !> Monitor the volume behind an element set; see finshell_volume.

@@ -3,6 +3,7 @@
 !> incompressible isotropic material with the shear modulus by which the law scales its drilling stiffness.
 !>
 !> Path following adds a part of it to the matrix of the first iterations, never to the forces, so solutions are unchanged.
+!> A descent (finshell_descent) does likewise with a mass.
 module finshell_ground
    use finshell_kinds, only: wp, i4, lanes
    use finshell_error, only: error_t
@@ -10,11 +11,13 @@ module finshell_ground
    use finshell_material, only: material_t, level_tangent
    use finshell_registry, only: new_material
    use finshell_section, only: section_t
+   use finshell_mesh, only: mesh_t
+   use finshell_equations, only: equations_t
    use finshell_structure, only: structure_t
    use finshell_assembly, only: assembly_t, assemble
    implicit none
    private
-   public :: is_soft, ground_stiffness
+   public :: is_soft, ground_stiffness, lumped_weight
 
    real(wp), parameter :: negligible = 1.0e-10_wp !< shear stiffness relative to the scale of the law
 
@@ -76,4 +79,28 @@ contains
       call assemble(assembly, sections, structure%mesh%coordinates, u, q, force, status, element, values, &
          material_axes=structure%direction, normals=structure%normal)
    end subroutine ground_stiffness
+   !> A mass of one per area, a third of an element at each node, with the radius of gyration of an element.
+   function lumped_weight(mesh, equations, detail) result(weight)
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      real(wp), intent(in) :: detail
+      real(wp), allocatable :: weight(:)
+      real(wp) :: area, a(3), b(3)
+      integer :: e, i, k
+      allocate (weight(equations%n), source=0.0_wp)
+      do e = 1, size(mesh%triangles, 2)
+         associate (nodes => mesh%triangles(:, e))
+            a = mesh%coordinates(:, nodes(2)) - mesh%coordinates(:, nodes(1))
+            b = mesh%coordinates(:, nodes(3)) - mesh%coordinates(:, nodes(1))
+            area = 0.5_wp*norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)])
+            do i = 1, 3
+               do k = 1, 6
+                  associate (at => equations%number(k, nodes(i)))
+                     if (at > 0) weight(at) = weight(at) + area/3*merge(1.0_wp, detail**2, k <= 3)
+                  end associate
+               end do
+            end do
+         end associate
+      end do
+   end function lumped_weight
 end module finshell_ground

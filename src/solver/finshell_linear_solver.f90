@@ -21,8 +21,6 @@ module finshell_linear_solver
    private
    public :: linear_solver_t
 
-   !> Below this the solution has no digit left.
-   real(dp), parameter :: singular_tolerance = 50*epsilon(1.0_dp)
    !> A pivot smaller than this part of its diagonal asks for a closer look.
    real(dp), parameter :: suspicious_pivot = 1e-5_dp
    !> Relative diagonal shift after a zero pivot: growth 1/shift and error shift meet at half the digits.
@@ -33,6 +31,8 @@ module finshell_linear_solver
 
    !> A copy by assignment has the pattern but no factors: it analyses and factorises for itself.
    type :: linear_solver_t
+      !> Below this the solution has no digit left. Singular matrices come to 1 epsilon, shells of thickness over size 1e-6 to 7.
+      real(dp) :: singular_tolerance = 5*epsilon(1.0_dp)
       integer :: negative_pivots = -1 !< of the last factorisation, as many as negative eigenvalues; -1: unknown (unsymmetric)
       integer :: determinant_sign = 0 !< of the last factorisation: -1, 1, or 0 when singular
       logical :: definite = .false. !< the last factorisation was L L^T, or had positive pivots only
@@ -51,6 +51,7 @@ module finshell_linear_solver
       procedure :: analyse
       procedure :: factorise
       generic :: solve => solve_one, solve_many
+      procedure :: magnitude
       procedure :: free
       procedure, private :: solve_one, solve_many, prepare, factorise_symmetric, factorise_unsymmetric
       procedure, private :: backend, shifted_values, examine, refine
@@ -246,6 +247,17 @@ contains
       end do
    end subroutine solve_many
 
+   !> |A| |x|, with the matrix factorised last: times epsilon, what rounding x to working precision does to A x.
+   subroutine magnitude(self, x, y)
+      class(linear_solver_t), intent(in) :: self
+      real(dp), intent(in) :: x(:) !< (n)
+      real(dp), intent(out) :: y(:) !< (n); zero before the first factorisation
+      real(dp), allocatable :: unused(:)
+      y = 0
+      allocate (unused(size(y)))
+      if (allocated(self%values)) call self%pattern%multiply(self%values, x, unused, y)
+   end subroutine magnitude
+
    !> Add corrections from the residual while they halve it.
    subroutine refine(self, b, x, error)
       class(linear_solver_t), intent(inout) :: self
@@ -322,7 +334,7 @@ contains
          v = v/v(i, 1)
          call self%pattern%multiply(self%values, v(:, 1), b(:, 1))
          reduction = norm2(b(:, 1)/self%scale)/norm2(v(:, 1)*self%scale)
-         if (reduction <= singular_tolerance) then
+         if (reduction <= self%singular_tolerance) then
             self%singular_equation = i
             self%null_vector = v(:, 1)
             exit
@@ -382,6 +394,7 @@ contains
       pattern = other%pattern ! also when self is other
       call self%free()
       self%pattern = pattern
+      self%singular_tolerance = other%singular_tolerance
       self%expect_definite = .true.
    end subroutine copy
 end module finshell_linear_solver

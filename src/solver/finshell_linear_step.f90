@@ -1,20 +1,27 @@
 !> A linear analysis: one solution K(state) du = change of load, about the reference state or about an equilibrium state.
 !>
+!> Fibres that act in tension only have two stiffnesses where they are just unstretched, as all are in the reference state. There
+!> those act that the solution stretches: it is repeated until it agrees with the fibres that were taken to act. The response
+!> is then piecewise linear, in proportion to a positive factor of the load.
+!>
 !> The result is geometrically linear: displacements, spins and what follows from them change in proportion to the load. It is
 !> given to the observer; the state itself stays, so that the next step begins where this one did.
 module finshell_linear_step
    use finshell_kinds, only: wp, dp
-   use finshell_error, only: error_t
+   use finshell_error, only: error_t, raise, text_of
    use finshell_equations, only: motion_at, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_load_terms, only: add_pressures, add_stiffness_times, turn_moments
+   use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_stiffness_times, turn_moments
    use finshell_observer, only: observer_t, record_t
    use finshell_quaternion, only: update_quaternion
    use finshell_state, only: state_t, linear_change_t
+   use finshell_status, only: status_not_converged
    use finshell_step, only: step_t, control_linear
    implicit none
    private
    public :: solve_linear, linear_motion, report_change
+
+   integer, parameter :: most_solutions = 40, full_solutions = 10 !< to find the fibres that act; until damping begins
 
 contains
 
@@ -27,41 +34,112 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(linear_change_t) :: change
       real(wp) :: load_change, constant_change
+      integer :: solutions
 
       call problem%accept()
       load_change = step%final_load_factor - problem%state%load_factor
       constant_change = 0
       if (problem%has_constants) constant_change = 1 - problem%state%constant_factor
-      call linear_motion(problem, load_change, constant_change, change%motion, error)
+      call linear_motion(problem, load_change, constant_change, change%motion, change%toward, solutions, error)
       if (allocated(error)) return
       call change_forces(problem, load_change, constant_change, change)
-      call report_change(problem, change, step%final_load_factor, control_linear, observer, error)
+      call report_change(problem, change, step%final_load_factor, control_linear, solutions, observer, error)
    end subroutine solve_linear
 
    !> Displacements and spins due to changes of the load factor and of the constant factor; leaves the tangent factorised.
-   subroutine linear_motion(problem, load_change, constant_change, motion, error)
+   !>
+   !> With `leading` it is this motion that decides which fibres act, and the solution only where `leading` strains nothing.
+   !> Errors: a singular matrix; fibres that do not settle.
+   subroutine linear_motion(problem, load_change, constant_change, motion, toward, solutions, error, leading)
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: load_change, constant_change
       real(wp), allocatable, intent(out) :: motion(:, :) !< (6, nodes)
+      real(wp), allocatable, intent(out) :: toward(:, :) !< (6, nodes) decides which fibres act; unallocated: no law has such fibres
+      integer, intent(out) :: solutions !< that it took to find them; 0: no law has such fibres
       type(error_t), allocatable, intent(out) :: error
-      real(wp), allocatable :: b(:), x(:)
-      integer :: i, node
+      real(wp), intent(in), optional :: leading(:, :)
+      real(wp), allocatable :: b(:), values(:), before(:, :)
+      logical :: damped
 
       problem%mixed = .false.
       problem%regularisation = 0
-      allocate (b(problem%n), x(problem%n), source=0.0_wp)
+      solutions = 0
+      damped = .false.
+      do
+         ! at first `toward` is not allocated, and so counts as absent
+         call change_of_loads(problem, load_change, constant_change, b, error, toward)
+         if (allocated(error)) return
+         if (solutions > 0 .and. .not. damped) then
+            if (.not. any(abs(problem%values - values) > 0)) return
+         end if
+         if (solutions == most_solutions) then
+            call raise(error, status_not_converged, 'a linear solution does not settle which fibres act in tension (' &
+               //text_of(solutions)//' solutions); a nonlinear step does not ask for it')
+            return
+         end if
+         call solve_motion(problem, load_change, constant_change, b, motion, error)
+         if (allocated(error) .and. problem%soft) error%message = error%message &
+            //'. A law without stiffness in the reference state needs a step under load before a linear one'
+         if (allocated(error) .or. .not. any(problem%structure%sections%switched)) return
+         solutions = solutions + 1
+         values = problem%values
+         if (allocated(toward)) before = toward
+         toward = motion
+         if (present(leading)) toward = heading(leading, motion, problem%detail)
+         ! where fibres go to and fro, half the way does what the whole did not
+         damped = solutions > full_solutions .and. mod(solutions, 2) == 0
+         if (damped) toward = 0.5_wp*(toward + before)
+      end do
+   end subroutine linear_motion
+
+   !> One motion, and a trace of another for where the first strains nothing.
+   pure function heading(leading, following, length) result(toward)
+      real(wp), intent(in) :: leading(:, :), following(:, :)
+      real(wp), intent(in) :: length !< of an element
+      real(wp) :: toward(size(leading, 1), size(leading, 2))
+      real(wp), parameter :: trace = 1.0e-6_wp
+      toward = leading/level(leading) + trace*following/level(following)
+
+   contains
+
+      pure real(wp) function level(motion)
+         real(wp), intent(in) :: motion(:, :)
+         level = max(maxval(abs(motion(1:3, :)))/length, maxval(abs(motion(4:6, :))), tiny(1.0_wp))
+      end function level
+   end function heading
+
+   !> The matrix, and the change of the loads as a right hand side.
+   subroutine change_of_loads(problem, load_change, constant_change, b, error, toward)
+      type(equilibrium_t), intent(inout) :: problem
+      real(wp), intent(in) :: load_change, constant_change
+      real(wp), allocatable, intent(out) :: b(:)
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: toward(:, :)
+
+      allocate (b(problem%n), source=0.0_wp)
       if (abs(constant_change) > 0) then
          problem%constant_phase = .true.
-         call problem%evaluate(.true., error)
+         call problem%evaluate_toward(.true., error, toward)
          problem%constant_phase = .false.
          if (allocated(error)) return
          b = constant_change*problem%rate
       end if
-      call problem%evaluate(.true., error)
-      if (allocated(error)) return
-      b = b + load_change*problem%rate
+      call problem%evaluate_toward(.true., error, toward)
+      if (.not. allocated(error)) b = b + load_change*problem%rate
+   end subroutine change_of_loads
+
+   subroutine solve_motion(problem, load_change, constant_change, b, motion, error)
+      type(equilibrium_t), intent(inout) :: problem
+      real(wp), intent(in) :: load_change, constant_change
+      real(wp), intent(in), contiguous :: b(:)
+      real(wp), allocatable, intent(out) :: motion(:, :)
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), allocatable :: x(:)
+      integer :: i, node
+
       call problem%factorise(error)
       if (allocated(error)) return
+      allocate (x(problem%n), source=0.0_wp)
       call problem%solve(b, x, error)
       if (allocated(error)) return
       allocate (motion(6, size(problem%equations%number, 2)))
@@ -75,7 +153,7 @@ contains
                + constant_change*motion_at(e, i, 2, load_factor, constant)
          end associate
       end do
-   end subroutine linear_motion
+   end subroutine solve_motion
 
    !> Where one rotation of a node is held and two are free, the reaction moment turns with the node. The matrix, symmetric, leaves
    !> that out; as it is small, a few more solutions bring it in.
@@ -87,7 +165,7 @@ contains
       integer, parameter :: most = 20
       real(wp), allocatable :: moments(:, :), turned(:, :), t(:), y(:)
       integer :: i
-      moments = problem%internal_force
+      moments = problem%internal_force - problem%bulge_force
       do i = 1, size(moments, 2)
          if (count(problem%equations%number(4:6, i) > 0) /= 2 .or. any(problem%external%turning_nodes == i)) moments(:, i) = 0
       end do
@@ -110,21 +188,25 @@ contains
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: load_change, constant_change
       type(linear_change_t), intent(inout) :: change
-      real(wp), allocatable :: before(:, :), unit_force(:, :, :), forward(:, :, :), backward(:, :, :)
+      real(wp), allocatable :: before(:, :), unit_force(:, :, :), bulges(:, :, :), forward(:, :, :), backward(:, :, :)
       integer :: i
 
       before = problem%internal_force
-      call add_stiffness_times(problem%structure, [(i, i=1, size(problem%structure%mesh%triangles, 2))], problem%state, &
-                               change%motion, problem%internal_force)
+      call add_stiffness_times(problem%structure, problem%equations, [(i, i=1, size(problem%structure%mesh%triangles, 2))], &
+                               problem%state, change%motion, problem%internal_force, change%toward)
       call turn_moments(before, change%motion, problem%internal_force)
       change%energy = 0.5_wp*sum((before + problem%internal_force)*change%motion)
       ! Pressure forces are of second degree in the positions: the difference is their exact derivative.
       call unit_forces(0.0_wp, unit_force)
+      bulges = 0*unit_force
+      call add_bulges(problem%external, problem%structure%mesh, problem%state, problem%assembly, bulges)
       call unit_forces(1.0_wp, forward)
       call unit_forces(-1.0_wp, backward)
       problem%external_force = problem%external_force + load_change*unit_force(:, :, 1) + constant_change*unit_force(:, :, 2) &
          + 0.5_wp*problem%state%load_factor*(forward(:, :, 1) - backward(:, :, 1)) &
-         + 0.5_wp*problem%state%constant_factor*(forward(:, :, 2) - backward(:, :, 2))
+         + 0.5_wp*problem%state%constant_factor*(forward(:, :, 2) - backward(:, :, 2)) &
+         + load_change*bulges(:, :, 1) + constant_change*bulges(:, :, 2)
+      call change_of_bulges(problem%external, problem%structure%mesh, problem%state, change%motion, problem%external_force)
 
    contains
 
@@ -141,11 +223,12 @@ contains
    end subroutine change_forces
 
    !> Give a change to the observer as an increment of its own number.
-   subroutine report_change(problem, change, load_factor, control, observer, error)
+   subroutine report_change(problem, change, load_factor, control, solutions, observer, error)
       type(equilibrium_t), intent(inout) :: problem
       type(linear_change_t), intent(in) :: change
       real(wp), intent(in) :: load_factor
       integer, intent(in) :: control
+      integer, intent(in) :: solutions !< to find the fibres that act, see `linear_motion`
       class(observer_t), intent(inout) :: observer
       type(error_t), allocatable, intent(out) :: error
       type(state_t) :: changed
@@ -166,7 +249,8 @@ contains
       end do
       record%increment = changed%increment
       record%control = control
-      record%iterations = 1
+      record%iterations = max(1, solutions)
+      record%switched = solutions
       record%negative_pivots = problem%negative_pivots
       record%load_factor = load_factor
       call cpu_time(record%cpu_time)

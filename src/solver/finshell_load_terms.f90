@@ -1,19 +1,22 @@
-!> What loads and moved supports add to the equations beside dead forces: pressures with their stiffness, the stiffness of dead
-!> moments, and the forces due to the motion of held nodes.
+!> What loads and moved supports add to the equations beside dead forces: pressures and the bulges of loaded sides with their
+!> stiffness, the stiffness of dead moments, and the forces due to the motion of held nodes.
 module finshell_load_terms
    use finshell_kinds, only: wp, i4, lanes
    use finshell_rotation, only: cross_product, spin
    use finshell_batch, only: evaluate_elements, rotation_quaternion
+   use finshell_line_load, only: bulge_load
    use finshell_pressure, only: follower_pressure
+   use finshell_quaternion, only: quaternion_to_matrix
    use finshell_mesh, only: mesh_t
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t
    use finshell_equations, only: equations_t, motion_at
-   use finshell_external, only: external_t
+   use finshell_external, only: external_t, side_load_t
    use finshell_assembly, only: assembly_t, add_element_contributions
    implicit none
    private
-   public :: add_pressures, add_turning, turn_moments, add_motion, add_stiffness_times
+   public :: add_pressures, add_bulges, change_of_bulges, add_turning, turn_moments, motion_of_held, add_motion, &
+      add_stiffness_times
 
 contains
 
@@ -88,20 +91,102 @@ contains
       end do
    end subroutine add_pressure_rate
 
-   !> Stiffness of nodal moments with respect to spins: -spin(m)/2.
-   subroutine add_turning(loads, internal_force, assembly, values)
+   !> Loads on bulging sides: forces and moments for a factor of 1 to unit_force; with values, the stiffness at the present factor
+   !> to the matrix.
+   subroutine add_bulges(loads, mesh, state, assembly, unit_force, values)
       type(external_t), intent(in) :: loads
-      real(wp), intent(in) :: internal_force(:, :) !< (6, nodes)
+      type(mesh_t), intent(in) :: mesh
+      type(state_t), intent(in) :: state
+      type(assembly_t), intent(in) :: assembly
+      real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, 2)
+      real(wp), intent(inout), optional :: values(:) !< of the matrix
+      real(wp), allocatable :: force(:, :), stiffness(:, :, :)
+      integer, allocatable :: mine(:)
+      integer :: i, scaling
+      do scaling = 1, 2
+         mine = pack([(i, i=1, size(loads%sides))], loads%sides%scaling == scaling)
+         if (size(mine) == 0) cycle
+         allocate (force(18, size(mine)))
+         if (present(values)) then
+            allocate (stiffness(18, 18, size(mine)))
+            do i = 1, size(mine)
+               call side_force(loads%sides(mine(i)), mesh, state, force(:, i), stiffness(:, :, i))
+            end do
+            stiffness = merge(state%load_factor, state%constant_factor, scaling == 1)*stiffness
+            call add_element_contributions(assembly, loads%sides(mine)%element, force, unit_force(:, :, scaling), stiffness, values)
+            deallocate (stiffness)
+         else
+            do i = 1, size(mine)
+               call side_force(loads%sides(mine(i)), mesh, state, force(:, i))
+            end do
+            call add_element_contributions(assembly, loads%sides(mine)%element, force, unit_force(:, :, scaling))
+         end if
+         deallocate (force)
+      end do
+   end subroutine add_bulges
+
+   !> Change of the forces of loaded sides with a motion of the nodes, at the present factors.
+   subroutine change_of_bulges(loads, mesh, state, motion, change)
+      type(external_t), intent(in) :: loads
+      type(mesh_t), intent(in) :: mesh
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
+      real(wp), intent(inout) :: change(:, :) !< (6, nodes) is added to
+      real(wp) :: force(18), stiffness(18, 18), moment(6, 3)
+      integer :: i, k
+      do i = 1, size(loads%sides)
+         associate (side => loads%sides(i), nodes => mesh%triangles(:, loads%sides(i)%element))
+            call side_force(side, mesh, state, force, stiffness)
+            moment = reshape(force, [6, 3])
+            force = matmul(stiffness, reshape(motion(:, nodes), [18]))
+            do k = 1, 3
+               associate (f => force(6*k - 5:6*k))
+                  f(4:6) = f(4:6) - 0.5_wp*cross_product(moment(4:6, k), motion(4:6, nodes(k)))
+                  change(:, nodes(k)) = change(:, nodes(k)) + merge(state%load_factor, state%constant_factor, side%scaling == 1)*f
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine change_of_bulges
+
+   !> One side: forces at the nodes of its element in turn, for a factor of 1.
+   pure subroutine side_force(side, mesh, state, force, stiffness)
+      type(side_load_t), intent(in) :: side
+      type(mesh_t), intent(in) :: mesh
+      type(state_t), intent(in) :: state
+      real(wp), intent(out) :: force(18)
+      real(wp), intent(out), optional :: stiffness(18, 18)
+      real(wp) :: x(3, 3), t(3, 2), f(18), k(18, 18)
+      integer :: i, j, node, place(18)
+      do i = 1, 3
+         node = mesh%triangles(side%corners(i), side%element)
+         x(:, i) = mesh%coordinates(:, node) + state%displacement(:, node)
+         if (i < 3) t(:, i) = matmul(quaternion_to_matrix(state%rotation(:, node)), side%direction)
+         place(6*i - 5:6*i) = [(6*(side%corners(i) - 1) + j, j=1, 6)]
+      end do
+      if (present(stiffness)) then
+         call bulge_load(side%length, side%vector, x, t, f, k)
+         stiffness(place, place) = k
+      else
+         call bulge_load(side%length, side%vector, x, t, f)
+      end if
+      force(place) = f
+   end subroutine side_force
+
+   !> Stiffness of nodal moments with respect to spins: -spin(m)/2.
+   subroutine add_turning(loads, moments, assembly, values)
+      type(external_t), intent(in) :: loads
+      real(wp), intent(in) :: moments(:, :) !< (6, nodes) internal forces, without those that bulges balance
       type(assembly_t), intent(in) :: assembly
       real(wp), intent(inout) :: values(:)
       real(wp), allocatable :: force(:, :), stiffness(:, :, :), unused(:, :)
       integer :: i, first
       if (size(loads%turning_nodes) == 0) return
       allocate (force(18, size(loads%turning_nodes)), stiffness(18, 18, size(loads%turning_nodes)), source=0.0_wp)
-      allocate (unused(6, size(internal_force, 2)), source=0.0_wp)
+      allocate (unused(6, size(moments, 2)), source=0.0_wp)
       do i = 1, size(loads%turning_nodes)
          first = 6*loads%turning_corners(i) - 2
-         stiffness(first:first + 2, first:first + 2, i) = 0.5_wp*spin(internal_force(4:6, loads%turning_nodes(i)))
+         stiffness(first:first + 2, first:first + 2, i) = 0.5_wp*spin(moments(4:6, loads%turning_nodes(i)))
       end do
       call add_element_contributions(assembly, loads%turning_elements, force, unused, stiffness, values)
    end subroutine add_turning
@@ -117,40 +202,53 @@ contains
       end do
    end subroutine turn_moments
 
+   !> Displacements and spins of held nodes per change of a factor.
+   pure function motion_of_held(equations, state, active) result(motion)
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: active !< factor that changes: 1 load factor, 2 constant factor
+      real(wp) :: motion(6, size(equations%frame))
+      integer :: i
+      motion = 0
+      do i = 1, size(equations%moved)
+         motion(:, equations%moved(i)) = motion_at(equations, i, active, state%load_factor, state%constant_factor)
+      end do
+   end function motion_of_held
+
    !> Take the internal forces due to the motion of held nodes from rate.
-   subroutine add_motion(structure, equations, moved_of, elements, state, active, internal_force, rate)
+   subroutine add_motion(structure, equations, elements, state, active, internal_force, rate, toward)
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
-      integer, intent(in) :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
       integer, intent(in) :: elements(:) !< those with a moved node
       type(state_t), intent(in) :: state
       integer, intent(in) :: active !< factor that changes: 1 load factor, 2 constant factor
       real(wp), intent(in) :: internal_force(:, :) !< (6, nodes) at the state
       real(wp), intent(inout) :: rate(:, :) !< (6, nodes)
+      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
       real(wp), allocatable :: motion(:, :)
-      integer :: i
       if (size(elements) == 0) return
-      allocate (motion(6, size(moved_of)), source=0.0_wp)
-      do i = 1, size(equations%moved)
-         motion(:, equations%moved(i)) = -motion_at(equations, i, active, state%load_factor, state%constant_factor)
-      end do
-      call add_stiffness_times(structure, elements, state, motion, rate)
+      motion = -motion_of_held(equations, state, active)
+      call add_stiffness_times(structure, equations, elements, state, motion, rate, toward)
       call turn_moments(internal_force, motion, rate)
    end subroutine add_motion
 
    !> Add the change of the internal forces of some elements with the motion of their nodes, linearised at a state.
-   subroutine add_stiffness_times(structure, elements, state, motion, force)
+   subroutine add_stiffness_times(structure, equations, elements, state, motion, force, toward)
       type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
       integer, intent(in) :: elements(:)
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
       real(wp), intent(inout) :: force(:, :) !< (6, nodes)
+      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
+      real(wp), allocatable :: heading(:, :) ! unallocated it counts as absent in the call
       real(wp) :: x(3, 3, lanes), u(3, 3, lanes), q(4, 3, lanes), f(18, lanes), k(18, 18, lanes), direction(3, lanes), change(18)
+      logical :: straight(3, lanes)
       real(wp), allocatable :: normal(:, :, :)
       integer(i4) :: status(lanes)
       integer :: e, first, i, j, n, node, section
 
-      ! unallocated: absent in the call below
+      if (present(toward)) allocate (heading(18, lanes))
       if (allocated(structure%normal)) allocate (normal(3, 3, lanes))
       first = 1
       do while (first <= size(elements))
@@ -166,12 +264,15 @@ contains
                u(:, j, n) = state%displacement(:, node)
                q(:, j, n) = state%rotation(:, node)
             end do
+            straight(:, n) = .false.
+            if (allocated(equations%straight)) straight(:, n) = equations%straight(:, e)
             direction(:, n) = [1, 0, 0]
             if (allocated(structure%direction)) direction(:, n) = structure%direction(:, e)
+            if (present(toward)) heading(:, n) = reshape(toward(:, structure%mesh%triangles(:, e)), [18])
             if (allocated(structure%normal)) normal(:, :, n) = structure%normal(:, :, e)
          end do
          call evaluate_elements(structure%sections(section), n, x, u, q(:, :, :n), rotation_quaternion, status, force=f, &
-                                tangent=k, direction=direction, threads=1, normal=normal)
+                                tangent=k, direction=direction, threads=1, toward=heading, straight=straight, normal=normal)
          do i = 1, n
             associate (nodes => structure%mesh%triangles(:, elements(first + i - 1)))
                change = matmul(k(:, :, i), reshape(motion(:, nodes), [18]))

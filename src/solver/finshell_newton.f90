@@ -2,6 +2,9 @@
 !> or two back substitutions an iteration. The residual after a correction comes with the next tangent, unless the correction
 !> is so small that the increment is likely to be done: then the force alone is computed (once an increment).
 !>
+!> Where rounding leaves more of the residual than the tolerance allows, the iteration has converged all the same: the correction is
+!> within its tolerance, or does not shrink any more because it is the answer to that rounding.
+!>
 !> The whole correction is shortened where a node would turn by more than the limit. A line search was tried and left out: it
 !> took 57 iterations instead of 18 for the cantilever with end shear in one increment, and failed for the pinched hemisphere.
 module finshell_newton
@@ -10,8 +13,9 @@ module finshell_newton
    use finshell_error, only: error_t, text_of
    use finshell_problem, only: problem_t
    use finshell_step, only: convergence_t, control_load, control_volume
-   use finshell_control, only: constraint_t, factor_change
-   use finshell_convergence, only: residual_ratio, correction_ratio
+   use finshell_control, only: constraint_t, factor_change, arc_product
+   use finshell_balance, only: tangent_t, tangent_of
+   use finshell_convergence, only: residual_ratio, correction_ratio, field_norms
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
@@ -22,11 +26,15 @@ module finshell_newton
       integer :: iterations = 0 !< linear solves
       real(wp) :: residual = huge(1.0_wp) !< finshell_convergence
       real(wp) :: correction = huge(1.0_wp)
+      logical :: rounding = .false. !< rounding kept one of them above its tolerance
       integer :: first_pivots = -1 !< negative pivots of the first tangent
       integer :: first_determinant = 0
       real(wp) :: first_change = 0 !< of the load factor, in the first correction
+      real(wp) :: first_rotation = 0 !< largest of the first correction, before it was shortened
+      type(tangent_t) :: first !< tangent to the path where the iteration began
+      type(tangent_t) :: last !< where it ended; both a correction before that
       real(wp), allocatable :: x_t(:) !< change of the unknowns per load factor, last iteration; unallocated in load control
-      integer :: regularised = 0 !< iterations with a stand-in stiffness
+      integer :: regularised = 0 !< iterations with a stand-in stiffness or, in a descent, with inertia
       integer(i4) :: code = status_ok
       character(len=:), allocatable :: reason !< why it did not converge
    end type newton_result_t
@@ -35,6 +43,10 @@ module finshell_newton
    integer, parameter :: halvings = 3
    real(wp), parameter :: fade = 0.1_wp !< of the stand-in stiffness, from iteration to iteration
    real(wp), parameter :: least_regularisation = 1.0e-6_wp
+   real(wp), parameter :: volume_rounding = 100 !< of a volume, in epsilons
+   !> A correction that is more than `resting` times the one before shrinks no more. Beyond the second number, part of the
+   !> increment, and the third, part of the displacements, no rounding is an excuse.
+   real(wp), parameter :: resting = 0.1_wp, loosest_correction = 1.0e-2_wp, negligible = 1.0e-6_wp
 
 contains
 
@@ -47,12 +59,13 @@ contains
       type(newton_result_t), intent(out) :: result
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:)
-      real(wp) :: change, scale, earlier(2)
-      logical :: complete, likely, guess
+      real(wp) :: change, scale, angle, earlier(2)
+      logical :: complete, likely, guess, rounded, reached
 
       allocate (x(problem%n), increment(problem%n))
       earlier = huge(1.0_wp)
       guess = .true.
+      rounded = .false.
       problem%regularisation = 0
       call problem%evaluate(.true., error)
       if (allocated(error)) then
@@ -70,14 +83,24 @@ contains
          if (result%code == status_singular_matrix .and. problem%soft) &
             call stand_in(problem, constraint, x, change, complete, result)
          if (result%code /= status_ok) return
-         if (result%iterations == 1) result%first_change = change
+         if (result%iterations == 1) then
+            result%first_change = change
+            if (allocated(result%x_t)) then
+               result%first = tangent_of(result%x_t, problem%rate, problem%motion_stiffness, problem%field, change)
+            else if (abs(change) > 0) then
+               result%first = tangent_of(x/change, problem%rate, problem%motion_stiffness, problem%field, change)
+            end if
+         end if
          if (problem%regularisation > 0) then
             complete = .false.
             result%regularised = result%regularised + 1
             problem%regularisation = fade*problem%regularisation
             if (problem%regularisation < least_regularisation) problem%regularisation = 0
          end if
-         scale = rotation_scale(problem, x, change, settings%rotation_limit)
+         angle = problem%largest_rotation(x, change)
+         if (result%iterations == 1) result%first_rotation = angle
+         scale = 1
+         if (settings%rotation_limit > 0 .and. angle > settings%rotation_limit) scale = settings%rotation_limit/angle
          if (scale < 1) complete = .false.
          call problem%keep_iterate()
          call apply(problem, settings, x, change, scale, complete, guess, increment, likely, result)
@@ -89,9 +112,18 @@ contains
             call give_up(result, status_not_converged, 'the residual is not a number')
             return
          end if
-         if (likely) likely = met(problem, constraint, settings%correction)
-         if (likely .and. result%residual <= settings%residual) then
-            result%converged = .true.
+         reached = met(problem, constraint, settings%correction)
+         likely = likely .and. reached
+         result%converged = likely .and. result%residual <= settings%residual
+         if (.not. result%converged) then
+            if (complete .and. reached) then
+               call weigh_rounding(problem, settings, mean_levels, scale*x, earlier(1), likely, rounded, result)
+            else
+               rounded = .false.
+            end if
+         end if
+         if (result%converged) then
+            call find_tangent(problem, increment, result)
             return
          end if
          if (complete .and. 4*result%iterations >= 3*settings%maximum_iterations &
@@ -112,6 +144,72 @@ contains
          end if
       end do
    end subroutine solve_increment
+
+   !> The residual, or the correction, is above its tolerance: because of rounding? A residual within rounding and a correction
+   !> within its tolerance do; or two residuals within rounding in a row, and a correction between them that shrinks no more: it
+   !> is the answer to rounding. It has to be small beside the increment or, where nothing moves, beside the displacements.
+   subroutine weigh_rounding(problem, settings, mean_levels, correction, before, likely, rounded, result)
+      class(problem_t), intent(in) :: problem
+      type(convergence_t), intent(in) :: settings
+      real(wp), intent(in) :: mean_levels(2)
+      real(wp), intent(in) :: correction(:), before !< the last one; ratio of the one before
+      logical, intent(in) :: likely !< it is within its tolerance
+      logical, intent(inout) :: rounded !< the residual before (in) and after the correction (out) is within rounding
+      type(newton_result_t), intent(inout) :: result
+      real(wp), allocatable :: unknowns(:), added(:)
+      real(wp) :: least(2), part, tolerance
+      logical :: rounded_before
+
+      rounded_before = rounded
+      rounded = .false.
+      part = result%correction
+      if (.not. likely .and. result%correction < resting*before) return
+      allocate (unknowns(problem%n), added(problem%n))
+      if (part > max(settings%correction, loosest_correction)) then
+         call problem%magnitude(unknowns)
+         part = correction_ratio(correction, unknowns, problem%field, problem%size, problem%detail)
+         if (part > negligible) return
+      end if
+      call problem%magnitude(unknowns, added)
+      least = epsilon(1.0_wp)*field_norms(added, problem%field)
+      tolerance = max(settings%residual, epsilon(1.0_wp))
+      rounded = ratio(least/tolerance) <= tolerance
+      if (.not. rounded .or. .not. (likely .or. rounded_before)) return
+      result%converged = .true.
+      result%rounding = .true.
+      result%correction = part
+      result%residual = ratio(least)
+
+   contains
+
+      function ratio(reference)
+         real(wp), intent(in) :: reference(2)
+         real(wp) :: ratio
+         ratio = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], mean_levels, &
+                                problem%size, problem%detail, reference)
+      end function ratio
+   end subroutine weigh_rounding
+
+   !> The tangent to the path where the iteration has converged; load control has not solved for it yet.
+   subroutine find_tangent(problem, increment, result)
+      class(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: increment(:)
+      type(newton_result_t), intent(inout) :: result
+      type(error_t), allocatable :: error
+      real(wp), allocatable :: x(:)
+      if (result%regularised > 0) then
+         result%first%known = .false.
+         return
+      end if
+      if (allocated(result%x_t)) then
+         x = result%x_t
+      else
+         allocate (x(problem%n))
+         call problem%solve(problem%rate, x, error)
+         if (allocated(error)) return
+      end if
+      result%last = tangent_of(x, problem%rate, problem%motion_stiffness, problem%field, arc_product(increment, x, problem%field))
+   end subroutine find_tangent
 
    !> Where the law has lost its stiffness: the correction with the stand-in. It fades in the iterations that follow.
    subroutine stand_in(problem, constraint, x, change, complete, result)
@@ -134,7 +232,7 @@ contains
       call correction_from(problem, constraint, x, change, complete, result)
    end subroutine stand_in
 
-   !> Is a prescribed volume met? Being nonlinear in the unknowns, it is not by construction.
+   !> Is a prescribed volume met, as far as rounding lets it? Being nonlinear in the unknowns, it is not by construction.
    function met(problem, constraint, tolerance) result(yes)
       class(problem_t), intent(in) :: problem
       type(constraint_t), intent(in) :: constraint
@@ -142,7 +240,8 @@ contains
       logical :: yes
       yes = .true.
       if (constraint%control == control_volume) yes = abs(problem%monitored(problem%state) - constraint%target) &
-         <= tolerance*abs(constraint%target - problem%monitored(problem%base))
+         <= max(tolerance*abs(constraint%target - problem%monitored(problem%base)), &
+                volume_rounding*epsilon(1.0_wp)*abs(constraint%target))
    end function met
 
    !> The correction x and the change of the factor that satisfy the linearised equations and the constraint.
@@ -227,18 +326,6 @@ contains
          complete = .false.
       end do
    end subroutine apply
-
-   !> Factor that keeps the rotation of every node within the limit.
-   function rotation_scale(problem, x, change, limit) result(scale)
-      class(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: x(:), change, limit
-      real(wp) :: scale
-      real(wp) :: angle
-      scale = 1
-      if (limit <= 0) return
-      angle = problem%largest_rotation(x, change)
-      if (angle > limit) scale = limit/angle
-   end function rotation_scale
 
    function monitored_or_zero(problem) result(value)
       class(problem_t), intent(in) :: problem

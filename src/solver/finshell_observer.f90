@@ -15,13 +15,19 @@ module finshell_observer
       integer :: negative_pivots = -1 !< of the last tangent; -1: not known (unsymmetric matrix)
       integer :: event = 0 !< limit or bifurcation point (finshell_stability) between this increment and the one before
       logical :: located = .false. !< the event is at this increment
+      logical :: snap = .false. !< it leads to another state than the path does (finshell_balance), after refining
+      real(wp) :: misfit = 0 !< of work and stored energy, relative
       real(wp) :: load_cosine = 0 !< located: between the null vector and the load
       integer :: regularised = 0 !< iterations with a stand-in for the stiffness that the law does not have (finshell_ground)
+      logical :: descended = .false. !< found by a descent (finshell_descent), after Newton's method had failed
+      integer :: switched = 0 !< linear solutions that it took to find the fibres that act; 0: no law has such fibres
       real(wp) :: load_factor = 0
       real(wp) :: monitored = 0 !< the step's displacement or volume, 0 when it has none
       real(wp) :: size = 0 !< of the increment, in the measure of its control
       real(wp) :: residual = 0 !< relative, at convergence
       real(wp) :: correction = 0 !< relative, at convergence
+      logical :: stands_in = .false. !< arc-length stands in for the control of the step
+      logical :: rounding = .false. !< one of them stayed above its tolerance because of rounding
       real(dp) :: cpu_time = 0 !< seconds since the path began
       integer :: total_increments = 0, total_iterations = 0, total_cuts = 0 !< since the path began
    end type record_t

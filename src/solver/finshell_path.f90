@@ -3,15 +3,16 @@
 !> Load, displacement and volume control and arc-length share one loop: an attempt prescribes one quantity (finshell_tracker,
 !> finshell_control), starts from the extrapolated path (finshell_predictor) and iterates (finshell_newton). An attempt that fails,
 !> or leads elsewhere than along the path (finshell_caution), is cut; one that passes a requested load level or monitored value
-!> is taken back and replaced by one that prescribes that value, so that it is met exactly. Limit and bifurcation points are
-!> noticed (finshell_stability), located on request (finshell_locate), and branches followed on request.
-!> The state of the problem is always the last equilibrium state when `follow` returns, error or not.
+!> is taken back and replaced by one that prescribes it, so that it is met exactly. Limit and bifurcation points are noticed
+!> (finshell_stability), located on request (finshell_locate), and branches followed on request. When `follow` returns, error or
+!> not, the problem is in the last equilibrium state.
 module finshell_path
    use finshell_kinds, only: wp, dp
    use finshell_status, only: status_not_converged
    use finshell_error, only: error_t, raise, text_of
    use finshell_problem, only: problem_t
-   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, control_name, prescribes_monitored
+   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, prescribes_monitored, &
+      snap_mark, snap_refuse, constant_ramp
    use finshell_control, only: arc_norm, control_vector
    use finshell_newton, only: newton_result_t
    use finshell_predictor, only: history_t
@@ -21,8 +22,10 @@ module finshell_path
    use finshell_tracker, only: tracker_t, attempt_t, monitored
    use finshell_stability, only: stability_t, find_stability, event_between, no_event, bifurcation_point, limit_and_bifurcation
    use finshell_locate, only: locate, location_t
-   use finshell_caution, only: objection, grip_of, grip_is_back
-   use finshell_progress, only: progress_t
+   use finshell_caution, only: objection, at_fold, fold_text, grip_of, grip_is_back
+   use finshell_balance, only: verdict_t
+   use finshell_diagnosis, only: failure_t, failure_text, crawls_to_limit, where_text
+   use finshell_progress, only: progress_t, continues
    implicit none
    private
    public :: path_t
@@ -33,6 +36,8 @@ module finshell_path
       type(record_t) :: last !< the last converged increment
       type(stability_t) :: stability !< of the last equilibrium state
       integer, private :: bifurcations = 0 !< located in this step
+      real(wp), private :: laboured = 0 !< increments that failed at first, the last ones counting most
+      real(wp), private :: largest = 0 !< change of the load factor in an increment of this step
       real(wp), private :: grip = 0 !< of the control before arc-length stood in for it
       type(progress_t), private :: progress
    contains
@@ -44,6 +49,8 @@ module finshell_path
       procedure, private :: settle
       procedure, private :: adapt
    end type path_t
+
+   real(wp), parameter :: fading = 0.75_wp !< of the memory of failed attempts, from increment to increment
 
 contains
 
@@ -76,13 +83,18 @@ contains
       if (allocated(error)) return
       self%substitute = .false.
       self%bifurcations = 0
+      self%largest = 0
+      self%laboured = 0
       call self%progress%begin(problem%state)
+      self%rough = .false.
+      self%hampered = .false.
       if (allocated(self%branch)) deallocate (self%branch)
       if (continues(self%history, step, targets, problem%state%load_factor)) then
          self%history%monitored = 0
          self%size = self%history%length(1)
       else
          call self%history%forget()
+         self%tangent%known = .false.
          self%stability%sense = 0 ! a step may go back the way the one before has come
          self%size = targets%first_size
          self%load_weight = 0
@@ -90,19 +102,6 @@ contains
       end if
       call self%advance(problem, step, targets, observer, error)
    end subroutine follow
-
-   !> Does an arc-length step go on along the path of the step before? Else it starts with an increment of the load factor, which
-   !> would leave a branch that descends.
-   pure function continues(history, step, targets, factor) result(yes)
-      type(history_t), intent(in) :: history
-      type(step_t), intent(in) :: step
-      type(targets_t), intent(in) :: targets
-      real(wp), intent(in) :: factor
-      logical :: yes
-      yes = step%control == control_arc_length .and. history%count > 0
-      if (yes) yes = history%length(1) > 0
-      if (yes .and. targets%has_level()) yes = (targets%next_level() - factor)*history%factor(1) > 0
-   end function continues
 
    !> Raise the factor of constant loads and supports to 1, under load control, before the first step.
    subroutine bring_in_constants(self, problem, step, observer, error)
@@ -115,14 +114,11 @@ contains
       type(targets_t) :: targets
 
       if (.not. problem%has_constants .or. problem%state%constant_factor >= 1) return
-      ramp%convergence = step%convergence
-      ramp%name = 'constant loads'
-      ramp%first_increment = 1
-      ramp%growth = step%growth
-      ramp%wanted_iterations = step%wanted_iterations
+      ramp = constant_ramp(step)
       problem%constant_phase = .true.
       call new_targets(targets, ramp, problem%state%constant_factor, 0.0_wp, error)
       call self%history%forget()
+      self%tangent%known = .false.
       self%stability%sense = 0
       self%size = targets%first_size
       if (.not. allocated(error)) call self%progress%begin(problem%state)
@@ -144,10 +140,11 @@ contains
       type(stability_t) :: after
       type(record_t) :: record
       type(location_t) :: place
+      type(verdict_t) :: verdict
       character(len=:), allocatable :: complaint
+      type(failure_t) :: failure
+      logical :: no_landing, overshot, turning, ended
       integer :: done, cuts
-      logical :: no_landing, overshot, turning
-
       done = 0
       do while (.not. targets%reached())
          complaint = self%progress%complaint(step)
@@ -160,33 +157,53 @@ contains
          no_landing = .false.
          if (allocated(self%refused)) deallocate (self%refused)
          attempt = self%plan(problem, step, targets, no_landing)
+         if (self%rough) attempt%descends = self%may_descend(problem, step, targets, result, cuts, attempt)
+         failure = failure_t(control=step%control, increment=self%increments, pivots=self%stability%negative_pivots, &
+                             factor=problem%factor(), way=self%history%way_to_limit(), size=attempt%size, &
+                             slenderness=problem%slenderness, soft=problem%soft, constant=problem%constant_phase, &
+                             laboured=fading*self%laboured + 1)
          do
             call self%try(problem, step, targets, attempt, result)
             record%iterations = record%iterations + result%iterations
+            failure%tried_pivots = max(failure%tried_pivots, result%first_pivots)
             turning = .false.
             if (result%converged) then
                overshot = .false.
                if (attempt%control /= control_vector) call self%look_back(problem, targets, attempt, overshot)
                if (overshot) cycle
                call find_stability(problem, result, self%increments == 0, self%stability, after, record%iterations)
-               call objection(self%tracker_t, problem, step, attempt, self%stability, after, complaint, turning)
+               call objection(self%tracker_t, problem, step, attempt, result, self%stability, after, complaint, turning, verdict)
                if (complaint == '') call self%mark(problem, step, targets, attempt, after, result, record, place, cuts, complaint)
                if (complaint == '') exit
                result%converged = .false.
                result%code = status_not_converged
                result%reason = complaint
+            else if (self%may_descend(problem, step, targets, result, cuts, attempt)) then
+               call problem%restore()
+               attempt%descends = .true.
+               cycle
             end if
             call problem%restore()
             cuts = cuts + 1
             call self%fall_back(problem, step, targets, attempt, cuts, turning, no_landing)
-            if (cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor) then
+            ended = at_fold(self%tracker_t, attempt) .and. .not. self%leaping
+            if (step%snap == snap_mark .and. self%snapped_size > 0 .and. attempt%control == self%snapped_control &
+                .and. .not. self%leaping .and. (ended .or. exhausted())) then
+               self%leaping = .true.
+               self%size = self%snapped_size
+               cuts = 0
+            end if
+            failure%attempts = cuts
+            failure%too_many = cuts > step%maximum_cuts
+            if (exhausted() .or. (ended .and. step%snap == snap_refuse) &
+                .or. (crawls_to_limit(failure, self%size, self%largest) .and. .not. step%smallest_increment > 0)) then
                self%iterations = self%iterations + record%iterations
                self%cuts = self%cuts + cuts
-               call raise(error, result%code, where_text(step, problem)//': the next increment failed '//trim(merge( &
-                  'too often                           ', 'and would be smaller than allowed   ', cuts > step%maximum_cuts)) &
-                  //' ('//text_of(cuts) &
-                  //' attempts, the last of size '//text_of(real(attempt%size, dp))//' in '//control_name(attempt%control) &
-                  //'): '//result%reason)
+               failure%code = result%code
+               failure%last_control = attempt%control
+               failure%last_size = attempt%size
+               failure%reason = result%reason
+               call raise(error, result%code, where_text(step, problem)//': '//failure_text(failure)//fold_text(self%snapped_size))
                return
             end if
             attempt = self%plan(problem, step, targets, no_landing)
@@ -194,6 +211,8 @@ contains
          end do
 
          record%cuts = cuts
+         record%snap = verdict%snap
+         record%misfit = verdict%misfit
          call self%settle(problem, step, targets, attempt, result, record)
          self%stability = after
          if (record%located) call leave_path(self, problem, step, record%event, place)
@@ -201,6 +220,12 @@ contains
          call observer%increment(problem%state, self%last, error)
          if (allocated(error)) return
       end do
+
+   contains
+
+      logical function exhausted()
+         exhausted = cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor
+      end function exhausted
    end subroutine advance
 
    !> Note in the record what the increment passed; locate it on request. A point that cannot be located speaks against the
@@ -298,7 +323,15 @@ contains
       if (step%control == control_arc_length .and. first .and. step%load_scale > 0 .and. abs(change) > 0) &
          self%load_weight = (step%load_scale*arc_norm(x, problem%field, 0.0_wp, 0.0_wp)/change)**2
       length = arc_norm(x, problem%field, change, self%load_weight)
+      self%largest = max(self%largest, abs(change))
+      self%laboured = fading*self%laboured + merge(1, 0, record%cuts > 0)
+      self%tangent = result%last
+      self%leaping = .false.
       call self%history%remember(x, change, moved, length)
+      self%rough = attempt%descends .and. result%regularised > 0
+      self%hampered = record%cuts > 0
+      ! What a descent has found is not the way the path goes.
+      if (self%rough .and. step%control == control_load) call self%history%forget()
 
       problem%state%increment = problem%state%increment + 1
       call problem%accept()
@@ -317,12 +350,15 @@ contains
       self%last = record
       self%last%increment = problem%state%increment
       self%last%control = attempt%control
-      self%last%regularised = result%regularised
+      self%last%descended = self%rough
+      if (.not. self%rough) self%last%regularised = result%regularised
       self%last%load_factor = problem%state%load_factor
       self%last%monitored = monitored(problem, problem%state)
       self%last%size = attempt%size
       self%last%residual = result%residual
       self%last%correction = result%correction
+      self%last%stands_in = self%substitute
+      self%last%rounding = result%rounding
       self%last%cpu_time = now - self%started
       self%last%total_increments = self%increments
       self%last%total_iterations = self%iterations
@@ -349,6 +385,9 @@ contains
       else if (step%control == control_arc_length .and. first) then
          if (abs(change) > 0) self%length_per_factor = length/abs(change)
          self%size = next_size(length, result%iterations, cuts, step)
+      else if (self%rough) then
+         ! How hard a descent was says nothing about the next increment.
+         self%size = max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0))
       else if (.not. attempt%landing) then
          self%size = next_size(max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0)), result%iterations, cuts, step)
       end if
@@ -358,14 +397,4 @@ contains
       self%length_per_factor = 1
       self%size = abs(self%history%monitored(1))
    end subroutine adapt
-
-   function where_text(step, problem) result(text)
-      type(step_t), intent(in) :: step
-      class(problem_t), intent(in) :: problem
-      character(len=:), allocatable :: text
-      text = 'step'
-      if (allocated(step%name)) text = "step '"//step%name//"'"
-      text = text//': stopped at load factor '//text_of(real(problem%state%load_factor, dp))//' (increment ' &
-         //text_of(problem%state%increment)//')'
-   end function where_text
 end module finshell_path

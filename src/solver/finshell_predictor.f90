@@ -21,6 +21,7 @@ module finshell_predictor
       procedure :: remember
       procedure :: forget
       procedure :: predict
+      procedure :: way_to_limit
       procedure, private :: measure
    end type history_t
 
@@ -80,6 +81,22 @@ contains
       change = dot_product(c, self%factor)
       if (control == control_load) change = size
    end subroutine predict
+
+   !> Change of the load factor to the limit point that the last two increments point to; huge where they point to none.
+   !>
+   !> Near a limit point the load factor is a parabola over the path: the square of d factor / d length falls linearly to zero.
+   pure function way_to_limit(self) result(way)
+      class(history_t), intent(in) :: self
+      real(wp) :: way
+      real(wp) :: slope(2)
+      way = huge(way)
+      if (self%count < 2) return
+      if (.not. (self%factor(1)*self%factor(2) > 0 .and. all(self%length(:2) > 0))) return
+      slope = (self%factor(:2)/self%length(:2))/(self%factor(2)/self%length(2))
+      if (.not. slope(1) < 1) return
+      ! The slopes are those half-way through their increments.
+      way = 0.5_wp*(self%factor(1) + self%factor(2))*slope(1)**2/(1 - slope(1)**2) - 0.5_wp*self%factor(1)
+   end function way_to_limit
 
    pure function measure(self, control) result(h)
       class(history_t), intent(in) :: self

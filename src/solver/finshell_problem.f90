@@ -8,6 +8,7 @@ module finshell_problem
    use finshell_error, only: error_t, raise
    use finshell_state, only: state_t
    use finshell_equations, only: field_rotation
+   use finshell_balance, only: balance_t
    implicit none
    private
    public :: problem_t
@@ -27,15 +28,19 @@ module finshell_problem
       logical :: extrapolating = .false.
       real(wp), allocatable :: stress(:, :) !< unallocated where the elements' own count: at the start of an increment
 
+      real(wp) :: slenderness = huge(1.0_wp) !< least thickness over `size`
       !> The matrix has lost its stiffness in the reference state by the nature of the law: a stand-in can be added to it.
       logical :: soft = .false.
       real(wp) :: regularisation = 0 !< part of the stand-in that `evaluate` adds to the matrix, not to the residual
+      real(wp), allocatable :: weight(:) !< (n) a lumped mass of density 1, for a descent (finshell_descent)
+      real(wp) :: damping = 0 !< times `weight`: what `factorise` adds to the diagonal of the matrix
 
       ! Left by `evaluate`:
       real(wp), allocatable :: residual(:) !< (n) external minus internal force
       real(wp), allocatable :: rate(:) !< (n) derivative of the residual with respect to the factor
       real(wp) :: force_level = 0 !< Euclidean norm of the external forces or of the reactions, whichever is larger
       real(wp) :: moment_level = 0 !< of the moments likewise
+      real(wp) :: motion_stiffness = 0 !< moved supports: derivative of the reaction to the motion, other nodes held
       ! Left by `factorise`:
       integer :: negative_pivots = -1 !< -1: not known
       integer :: determinant_sign = 0 !< 0: not known
@@ -52,7 +57,10 @@ module finshell_problem
       procedure(watch_interface), deferred :: watch
       procedure(monitored_interface), deferred :: monitored
       procedure :: watch_volume
+      procedure :: balance
+      procedure :: keep_base
       procedure :: largest_rotation
+      procedure :: magnitude
       procedure :: factor
       procedure :: base_factor
       procedure :: set_factor
@@ -135,6 +143,13 @@ contains
       end if
    end subroutine watch_volume
 
+   !> Energy balance from `base` to `state`. To be overridden by problems that know their energy.
+   function balance(self) result(value)
+      class(problem_t), intent(inout) :: self
+      type(balance_t) :: value
+      value%known = self%n < 0
+   end function balance
+
    !> Largest rotation (radian) of a node in a correction. To be overridden where a rotation has several components.
    pure function largest_rotation(self, x, factor_change) result(angle)
       class(problem_t), intent(in) :: self
@@ -146,6 +161,17 @@ contains
          if (self%field(i) == field_rotation) angle = max(angle, abs(x(i)))
       end do
    end function largest_rotation
+
+   !> Magnitude of the unknowns, measured from the unloaded state, and of what was added up with them for the residual: |matrix| x,
+   !> with the matrix factorised last; times epsilon this is what rounding the unknowns does to the residual. To be overridden
+   !> where unknowns are stored with rounding.
+   subroutine magnitude(self, x, added)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(out) :: x(:) !< (n)
+      real(wp), intent(out), optional :: added(:) !< (n)
+      x = 0*self%size
+      if (present(added)) added = 0
+   end subroutine magnitude
 
    !> The active factor at `state`.
    pure function factor(self) result(value)
@@ -177,7 +203,14 @@ contains
       class(problem_t), intent(inout) :: self
       self%base = self%state
       if (allocated(self%stress)) deallocate (self%stress)
+      call self%keep_base()
    end subroutine accept
+
+   !> Remember of the accepted state what `balance` needs.
+   subroutine keep_base(self)
+      class(problem_t), intent(inout) :: self
+      if (self%n < 0) call self%restore()
+   end subroutine keep_base
 
    !> Forget the trial state.
    subroutine restore(self)

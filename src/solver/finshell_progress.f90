@@ -3,11 +3,12 @@ module finshell_progress
    use finshell_kinds, only: wp, dp
    use finshell_error, only: text_of
    use finshell_state, only: state_t
-   use finshell_step, only: step_t
+   use finshell_step, only: step_t, control_arc_length
+   use finshell_predictor, only: history_t
    use finshell_targets, only: targets_t
    implicit none
    private
-   public :: progress_t
+   public :: progress_t, continues
 
    type :: progress_t
       private
@@ -88,4 +89,17 @@ contains
                 //' increments it has not come nearer to the end of the step than before'
       end if
    end function complaint
+
+   !> Does an arc-length step go on along the path of the step before? Else it starts with an increment of the load factor, which
+   !> would leave a branch that descends.
+   pure function continues(history, step, targets, factor) result(yes)
+      type(history_t), intent(in) :: history
+      type(step_t), intent(in) :: step
+      type(targets_t), intent(in) :: targets
+      real(wp), intent(in) :: factor
+      logical :: yes
+      yes = step%control == control_arc_length .and. history%count > 0
+      if (yes) yes = history%length(1) > 0
+      if (yes .and. targets%has_level()) yes = (targets%next_level() - factor)*history%factor(1) > 0
+   end function continues
 end module finshell_progress

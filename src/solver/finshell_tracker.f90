@@ -7,8 +7,10 @@ module finshell_tracker
    use finshell_step, only: step_t, control_load, control_displacement, control_arc_length, control_volume, prescribes_monitored
    use finshell_control, only: constraint_t, control_vector, arc_norm
    use finshell_newton, only: newton_result_t, solve_increment
+   use finshell_descent, only: descend
    use finshell_predictor, only: history_t
-   use finshell_increment, only: toward, snapped, fraction_passed
+   use finshell_balance, only: tangent_t
+   use finshell_increment, only: toward, snapped, fraction_passed, cut_ratio
    use finshell_targets, only: targets_t
    implicit none
    private
@@ -19,6 +21,8 @@ module finshell_tracker
       integer :: control = control_load
       real(wp) :: size = 0 !< signed, in the measure of the control
       logical :: plain = .false. !< plain Newton, even where the step asks for mixed
+      logical :: descends = .false. !< by finshell_descent, without prediction; load control only
+      real(wp) :: reach = huge(1.0_wp) !< of a descent
       logical :: landing = .false. !< a load level or monitored value is to be met, in another measure than the step's
       real(wp) :: prescribed = 0 !< the value that is prescribed, set by `try`
       real(wp) :: interpolate = 0 !< > 0: start at this fraction of the increment that overshot
@@ -32,7 +36,13 @@ module finshell_tracker
       real(wp) :: load_weight = 0
       real(wp) :: length_per_factor = 1 !< arc-length after its first increment: bounds are stated as load factors
       logical :: substitute = .false. !< arc-length stands in for a control whose quantity turns round
+      logical :: rough = .false. !< the last increment was found by a descent only, so the next is sought by one at once
+      logical :: hampered = .false. !< the last increment was cut
       real(wp), allocatable :: branch(:) !< the next increment leaves the path along this vector
+      type(tangent_t) :: tangent !< to the path at the last converged state; not known at the start of a step
+      real(wp) :: snapped_size = 0 !< of the first increment from here that was refused for a snap; 0: none
+      integer :: snapped_control = 0
+      logical :: leaping = .false. !< the path ends here: the next increment may snap
       real(wp), allocatable :: refused(:) !< an increment from here that was not believed
       real(wp), allocatable :: overshoot(:) !< an increment that is to be interpolated
       real(wp) :: overshoot_change = 0
@@ -41,9 +51,52 @@ module finshell_tracker
       procedure :: try
       procedure :: look_back
       procedure :: keep_increment
+      procedure :: may_descend
    end type tracker_t
 
+   !> A descent that moves the structure by more than this part of all it has moved is a snap, not the way on.
+   real(wp), parameter :: near = 0.5_wp
+
 contains
+
+   !> May an increment that Newton's method has missed (`result`) after some cuts be sought by a descent? Under a prescribed load
+   !> only, at the first increment of an arc-length step too. Sets how far the descent may lead.
+   !>
+   !> From a state without a path behind it: if the structure was too soft for a linear answer to the load (a flat sheet, a law
+   !> without stiffness), else the load was too large. As slender strips are soft too, a quarter of the load is tried before
+   !> the whole is left to a descent, unless the law is soft.
+   function may_descend(self, problem, step, targets, result, cuts, attempt) result(yes)
+      class(tracker_t), intent(in) :: self
+      class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(targets_t), intent(in) :: targets
+      type(newton_result_t), intent(in) :: result
+      integer, intent(in) :: cuts
+      type(attempt_t), intent(inout) :: attempt
+      logical :: yes
+      real(wp) :: moved
+      logical :: last !< there is no point in a quarter
+
+      yes = step%descent .and. allocated(problem%weight) .and. attempt%control == control_load .and. .not. attempt%descends &
+         .and. .not. attempt%landing .and. (step%control == control_load .or. self%history%count == 0)
+      ! Where larger increments snap (finshell_caution) a descent would do so too.
+      yes = yes .and. .not. self%snapped_size > 0
+      if (.not. yes) return
+      last = self%hampered .or. cut_ratio*abs(attempt%size) < targets%smallest_size
+      yes = cuts > 0 .or. problem%soft .or. self%rough .or. last
+      if (.not. yes) return
+      moved = norm2(problem%base%displacement)
+      if (self%history%count == 0 .and. .not. self%rough .and. &
+          (problem%soft .or. result%first_rotation > abs(step%convergence%rotation_limit))) then
+         attempt%reach = huge(moved)
+      else
+         yes = moved > 0
+         attempt%reach = near*moved
+         if (allocated(attempt%predicted)) &
+            attempt%reach = max(attempt%reach, arc_norm(attempt%predicted, problem%field, 0.0_wp, 0.0_wp))
+      end if
+      if (yes .and. cuts == 1 .and. .not. last) attempt%size = attempt%size/cut_ratio
+   end function may_descend
 
    !> Choose what the next increment prescribes.
    function plan(self, problem, step, targets, no_landing) result(attempt)
@@ -120,7 +173,7 @@ contains
          if (targets%has_value()) constraint%target = snapped(constraint%target, targets%next_value(), attempt%size)
       end if
       attempt%prescribed = constraint%target
-      if (allocated(attempt%predicted)) deallocate (attempt%predicted)
+      if (allocated(attempt%predicted) .and. .not. attempt%descends) deallocate (attempt%predicted)
 
       known = .false.
       if (attempt%control == control_vector) then
@@ -132,7 +185,7 @@ contains
          x = attempt%interpolate*self%overshoot
          change = attempt%interpolate*self%overshoot_change
          known = .true.
-      else if (step%extrapolate) then
+      else if (step%extrapolate .and. .not. attempt%descends) then
          call self%history%predict(attempt%control, attempt%size, x, change, known)
       end if
       if (known) then
@@ -151,7 +204,12 @@ contains
          constraint%previous = self%history%vector(:, 1)
          constraint%previous_change = self%history%factor(1)
       end if
-      call solve_increment(problem, constraint, step%convergence, self%mean_levels, result)
+      if (attempt%descends) then
+         problem%mixed = .false.
+         call descend(problem, constraint%target, step%convergence, self%mean_levels, attempt%reach, result)
+      else
+         call solve_increment(problem, constraint, step%convergence, self%mean_levels, result)
+      end if
       if (result%converged .and. attempt%control == control_load) call problem%set_factor(constraint%target)
    end subroutine try
 

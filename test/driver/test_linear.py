@@ -28,10 +28,10 @@ CLAMPED = "&support node_set = 'edge_x0' type = 'clamped' /\n"
 
 
 class Linear(unittest.TestCase):
-    def solve(self, text, code=0):
+    def solve(self, text, code=0, start=STRIP):
         """History rows, fields by name (one array per step), what was printed."""
         with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / "strip.nml").write_text(STRIP + text)
+            (Path(folder) / "strip.nml").write_text(start + text)
             run = subprocess.run([os.environ["FINSHELL_BIN"], "run", "strip.nml"], cwd=folder, capture_output=True, text=True, check=False)
             self.assertEqual(run.returncode, code, run.stdout + run.stderr)
             with open(Path(folder) / "strip.history.csv", encoding="utf-8") as file:
@@ -80,10 +80,27 @@ class Linear(unittest.TestCase):
         moment = 1000 * 0.1**3 / 12 * (math.pi / 20)**2
         self.assertAlmostEqual(np.abs(fields["moment"][shape[0]][:, 0]).max(), moment, delta=0.02 * moment)
 
-    def test_no_mode(self):
-        rows, _, printed = self.solve(CLAMPED + "&step control = 'buckling' /\n", code=1)
-        self.assertEqual(rows, [])
-        self.assertIn("buckling: the load causes no stress", printed)
+    def test_fibres_in_tension(self):
+        # a clamped strip pulled, pushed and bent: the fibres that are stretched act, in forces and in recovered fields
+        fibres = STRIP.replace("law = 'linear_elastic' e = 1000.0 nu = 0.0",
+                               "law = 'holzapfel_gasser_ogden' c = 10.0 k1 = 1000.0 k2 = 1.0 angle = 0.0")
+        hold = ("&support node_set = 'edge_x0' fixed = 'ux', 'rz' /\n&support node_set = 'edge_y0' fixed = 'uy' /\n"
+                "&support node_set = 'all' fixed = 'uz', 'rx', 'ry' /\n&support node_set = 'edge_x1' fixed = 'rz' ux = 1e-5 /\n")
+        rows, fields, printed = self.solve(hold + "&step control = 'linear' load_factor = -1 /\n&step control = 'linear' /\n", start=fibres)
+        for step, modulus in ((1, -30), (2, 8030)):
+            np.testing.assert_allclose(fields["stress_top"][step][:, 0], modulus * 1e-6, rtol=1e-6)
+            self.assertAlmostEqual(rows[step - 1]["energy"], abs(modulus) * 1e-12 / 2, delta=1e-6 * abs(modulus) * 1e-12)
+        self.assertIn("fibres act where the linear solution stretches them: found in 2 solutions", printed)
+        self.assertIn("1 linear or buckling steps in which fibres act where", printed)
+        # a mode bends the fibres that a constant tension has stretched, on both sides
+        load = ("&load type = 'line' edge_set = 'edge_x1' vector = -1e-3, 0.0, 0.0 /\n"
+                "&load type = 'line' edge_set = 'edge_x1' vector = 1e-6, 0.0, 0.0 constant = T /\n"
+                "&support node_set = 'all' fixed = 'uy', 'rx', 'rz' /\n&step control = 'buckling' modes = 1 /\n")
+        rows, fields, printed = self.solve(CLAMPED + load, start=fibres)
+        stiffness = 8040 * 0.1**3 / 12
+        self.assertAlmostEqual(rows[0]["load_factor"] * 1e-3, stiffness * (math.pi / 20)**2, delta=0.01 * stiffness * (math.pi / 20)**2)
+        moment = stiffness * (math.pi / 20)**2
+        self.assertAlmostEqual(np.abs(fields["moment"][1][:, 0]).max(), moment, delta=0.02 * moment)
 
 
 if __name__ == "__main__":

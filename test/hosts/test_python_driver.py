@@ -23,7 +23,7 @@ CANTILEVER = """&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 16
 &material name = 'm' law = 'st_venant_kirchhoff' e = 1.2e6 nu = 0.0 /
 &section material = 'm' thickness = 0.1 /
 &support node_set = 'edge_x0' type = 'clamped' /
-&load type = 'line' edge_set = 'edge_x1' vector = 0.0, 0.0, 4.0 /
+&load type = 'force' node_set = 'edge_x1' vector = 0.0, 0.0, 2.0 /
 &step load_factor = 1.0 tolerance = 'tight' mixed = .true. /
 """
 HEMISPHERE = """&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 8, 8 /

@@ -5,6 +5,7 @@
    while something is set up (procedures new_* and *_parameters, components of types; the registry of laws and its lists).
 3. Nothing but app prints or stops.
 4. No file of src is longer than 400 lines, unless long_files.txt gives a reason.
+5. Test files use no name of pFUnit (pfunit_names.txt) for anything of their own: it may not compile where pFUnit is used.
 """
 import os
 import pathlib
@@ -177,9 +178,29 @@ def long_files(path):
     return listed
 
 
-def violations(root, listed):
+def pfunit_names(path):
+    """The names in a file, but for lines that begin with #."""
+    return {name for line in text_of(path).splitlines() if not line.startswith("#") for name in line.split()}
+
+
+def taken_names(root, names):
+    """Violations of rule 5. Components (a%is), keywords (is=), operators (.not.) and `type is` are no names of their own."""
+    found = []
+    for here, _, files in os.walk(os.path.join(root, "test")):
+        for name in sorted(files):
+            if not (name.endswith(".pf") or re.match(r"support_\w+\.[fF]90$", name)):
+                continue
+            path = os.path.join(here, name)
+            for number, statement in statements(text_of(path)):
+                own = re.sub(r"^@\w+|\.[a-z]+\.|\b(type|class)\s+is\b|%\s*\w+|(?<=[(,])\s*\w+\s*=(?![=>])", " ", statement)
+                for word in sorted(names & set(re.findall(r"\b[a-z]\w*", own))):
+                    found.append(f"{os.path.relpath(path, root)}:{number}: {word} is a name of pFUnit's")
+    return found
+
+
+def violations(root, listed, names=frozenset()):
     """All violations below a root folder."""
-    found = arrows(root) + lengths(root, listed)
+    found = arrows(root) + lengths(root, listed) + taken_names(root, names)
     for folder in ("src", "api"):
         for path in fortran_files(os.path.join(root, folder)):
             found += file_violations(path, root)

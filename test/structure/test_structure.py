@@ -18,7 +18,8 @@ class Sources(unittest.TestCase):
         self.assertGreater(len(structure.fortran_files(os.path.join(ROOT, "src"))), 10)
 
     def test_no_violation(self):
-        found = structure.violations(ROOT, structure.long_files(os.path.join(HERE, "long_files.txt")))
+        found = structure.violations(ROOT, structure.long_files(os.path.join(HERE, "long_files.txt")),
+                                     structure.pfunit_names(os.path.join(HERE, "pfunit_names.txt")))
         self.assertEqual(found, [], "\n" + "\n".join(found))
 
 
@@ -49,7 +50,7 @@ class Planted(unittest.TestCase):
         "app/main.f90": "program main\n use finshell_driver\n call run()\n stop 1\nend program\n",
     }
 
-    def found(self, changes, listed=()):
+    def found(self, changes, listed=(), names=frozenset()):
         """Violations in the clean tree after some files were replaced or added."""
         with tempfile.TemporaryDirectory() as root:
             for name, text in {**self.CLEAN, **changes}.items():
@@ -57,7 +58,7 @@ class Planted(unittest.TestCase):
                 os.makedirs(os.path.dirname(path), exist_ok=True)
                 with open(path, "w", encoding="utf-8") as file:
                     file.write(text)
-            return structure.violations(root, set(listed))
+            return structure.violations(root, set(listed), names)
 
     def test_clean_tree(self):
         self.assertEqual(self.found({}), [])
@@ -110,6 +111,21 @@ class Planted(unittest.TestCase):
         self.assertIn("402 lines", self.found(long)[0])
         self.assertEqual(self.found(long, ["src/model/finshell_mesh.f90"]), [])
         self.assertIn("listed as long", self.found({}, ["src/model/finshell_mesh.f90"])[0])
+
+    def test_names_of_pfunit(self):
+        names = structure.pfunit_names(os.path.join(HERE, "pfunit_names.txt"))
+        self.assertLessEqual({"is", "run", "equal_to", "assertequal", "every_item"}, names)
+        start = "module test_a\n use funit\ncontains\n @test\n subroutine test_b()\n  class(*), allocatable :: l\n"
+        for line, name in (("integer, allocatable :: is(:)", "is"), ("call run(1)", "run"), ("real :: x, &\n near", "near"), ("@assertEqual(1, is)", "is"),
+                           ("x = not(y)", "not"), ("associate (test => x)", "test")):
+            with self.subTest(line=line):
+                found = self.found({"test/unit/test_a.pf": f"{start}  {line}\n end subroutine\nend module\n"}, names=names)
+                self.assertEqual(found, [f"test/unit/test_a.pf:7: {name} is a name of pFUnit's"])
+        for line in ("self%is = 1", "call f(x, is=1)", "@assertEqual(1, x) ! is", "select type (l)\n  type is (real)\n  class is (t)\n  end select",
+                     "s = 'run'", "isnt = running"):
+            with self.subTest(line=line):
+                self.assertEqual(self.found({"test/unit/test_a.pf": f"{start}  {line}\n end subroutine\nend module\n"}, names=names), [])
+        self.assertEqual(len(self.found({"test/support/support_a.f90": "module support_a\n real :: near\nend module\n"}, names=names)), 1)
 
 
 if __name__ == "__main__":

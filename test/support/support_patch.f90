@@ -69,19 +69,21 @@ contains
    end subroutine element_state
 
    !> Internal forces (6 per node) and their tangent for spins.
-   subroutine assemble(section, patch, u, q, force, tangent, worst)
+   subroutine assemble(section, patch, u, q, force, tangent, worst, straight)
       type(section_t), intent(in) :: section
       type(patch_t), intent(in) :: patch
       real(wp), intent(in) :: u(:, :), q(:, :)
       real(wp), intent(out) :: force(:), tangent(:, :)
       integer(i4), intent(out) :: worst !< a status that is not 0, if there is one
+      logical, intent(in), optional :: straight(:, :) !< (3, elements) sides that drilling rotations do not bend
       real(wp) :: xe(3, 3, patch%elements), ue(3, 3, patch%elements), qe(4, 3, patch%elements)
       real(wp), allocatable :: f(:, :), k(:, :, :)
       integer(i4) :: status(patch%elements)
       integer :: dofs(18), e, i
       allocate (f(18, patch%elements), k(18, 18, patch%elements))
       call element_state(patch, u, q, xe, ue, qe)
-      call evaluate_elements(section, patch%elements, xe, ue, qe, rotation_quaternion, status, force=f, tangent=k)
+      call evaluate_elements(section, patch%elements, xe, ue, qe, rotation_quaternion, status, force=f, tangent=k, &
+                             straight=straight)
       worst = maxval(abs(status))
       force = 0
       tangent = 0

@@ -1,0 +1,159 @@
+!> What can be said against an input before anything is solved: steps that cannot be followed, loads that do nothing.
+module finshell_trial
+   use finshell_kinds, only: wp
+   use finshell_equations, only: equations_t
+   use finshell_equilibrium, only: equilibrium_t
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_external, only: external_t, new_external
+   use finshell_input, only: input_t
+   use finshell_load, only: load_t, load_nodal, load_edge, load_pressure
+   use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
+   use finshell_status, only: status_input_error
+   use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_name
+   use finshell_structure, only: structure_t
+   use finshell_targets, only: targets_t, new_targets
+   implicit none
+   private
+   public :: check_steps, place_load_error, warning_of
+
+contains
+
+   !> The first step that cannot be followed is an error with its line. The problem is left as it was.
+   subroutine check_steps(input, problem, error)
+      type(input_t), intent(in) :: input
+      type(equilibrium_t), intent(inout) :: problem
+      type(error_t), allocatable, intent(out) :: error
+      integer :: i
+      do i = 1, size(input%steps)
+         call check_step(input%steps(i), i == 1, problem, error)
+         if (.not. allocated(error)) cycle
+         error%message = input%file//':'//text_of(input%step_lines(i))//': &step: '//error%message
+         exit
+      end do
+      if (allocated(problem%watched)) deallocate (problem%watched)
+      if (allocated(problem%watched_volume)) deallocate (problem%watched_volume)
+   end subroutine check_steps
+
+   subroutine check_step(step, first, problem, error)
+      type(step_t), intent(in) :: step
+      logical, intent(in) :: first !< it begins unloaded; where a later one begins is known in the run only
+      type(equilibrium_t), intent(inout) :: problem
+      type(error_t), allocatable, intent(out) :: error
+      type(targets_t) :: targets
+
+      if (step%control /= control_linear .and. step%control /= control_buckling) then
+         if (allocated(step%volumes)) then
+            call problem%watch_volume(error, step%element_set)
+         else if (allocated(step%node_set)) then
+            call problem%watch(step%node_set, step%component, error)
+         end if
+         if (first .and. .not. allocated(error)) call new_targets(targets, step, 0.0_wp, 0.0_wp, error)
+         if (allocated(error)) return
+      end if
+      if (step%control == control_load .or. step%control == control_linear) return
+      if (step%control == control_buckling .and. size(problem%external%turning_nodes) > 0) then
+         call raise(error, status_input_error, 'buckling: a moment acts at node '//text_of(problem%external%turning_nodes(1)) &
+            //', which can turn about several axes; such a moment is not conservative')
+         return
+      end if
+      if (something_scales(problem)) return
+      call raise(error, status_input_error, control_name(step%control)//" needs a load or a moved support that " &
+         //'follows the load factor (one that is not constant, nor zero, nor on held nodes only); there is none')
+   end subroutine check_step
+
+   !> Whether the load factor moves anything.
+   pure logical function something_scales(problem) result(yes)
+      type(equilibrium_t), intent(in) :: problem
+      integer :: i
+      associate (loads => problem%structure%loads)
+         yes = any(abs(problem%equations%motion(:, :, 1)) > 0)
+         do i = 1, size(loads)
+            yes = yes .or. (.not. loads(i)%constant .and. acts(loads(i), problem%structure%mesh, problem%equations))
+         end do
+      end associate
+   end function something_scales
+
+   !> Whether a load acts on a component that is free.
+   pure logical function acts(load, mesh, equations) result(yes)
+      type(load_t), intent(in) :: load
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      integer :: i, k
+      logical, allocatable :: member(:)
+
+      allocate (member(size(mesh%coordinates, 2)), source=.false.)
+      select case (load%kind)
+      case (load_nodal)
+         member(mesh%node_sets(find_node_set(mesh, load%set))%members) = .true.
+      case (load_edge)
+         associate (edges => mesh%edge_sets(find_edge_set(mesh, load%set))%edges)
+            do i = 1, size(edges, 2)
+               member(edges(:, i)) = .true.
+            end do
+         end associate
+      case default
+         associate (elements => mesh%element_sets(find_element_set(mesh, load%set))%members)
+            do i = 1, size(elements)
+               member(mesh%triangles(:, elements(i))) = .true.
+            end do
+         end associate
+      end select
+      yes = .false.
+      do i = 1, size(member)
+         if (.not. member(i)) cycle
+         do k = 1, 3
+            if (equations%number(k, i) > 0) yes = yes .or. abs(along(load%vector)) > 0
+            if (equations%number(k, i) > 0 .and. load%kind == load_pressure) yes = yes .or. abs(load%pressure) > 0
+            if (equations%number(3 + k, i) > 0) yes = yes .or. abs(along(load%moment)) > 0
+         end do
+         if (yes) return
+      end do
+
+   contains
+
+      !> Component k of a vector in the axes of node i.
+      pure real(wp) function along(vector)
+         real(wp), intent(in) :: vector(3)
+         along = vector(k)
+         if (equations%frame(i) > 0) along = dot_product(vector, equations%frames(:, k, equations%frame(i)))
+      end function along
+   end function acts
+
+   !> What should be said, though it can be solved: '' or a sentence with its place.
+   function warning_of(input, problem) result(text)
+      type(input_t), intent(in) :: input
+      type(equilibrium_t), intent(in) :: problem
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      if (size(input%structure%loads) == 0 .and. .not. any(abs(problem%equations%motion) > 0)) then
+         text = input%file//': nothing acts on the structure: there is no &load, and no support is moved'
+         return
+      end if
+      do i = 1, size(input%structure%loads)
+         if (acts(input%structure%loads(i), input%structure%mesh, problem%equations)) cycle
+         text = input%file//':'//text_of(input%load_lines(i))//': &load: it moves nothing: it is zero, or acts on what is held only'
+         return
+      end do
+   end function warning_of
+
+   !> Give an error of the loads the line of the load that makes it.
+   subroutine place_load_error(input, problem, error)
+      type(input_t), intent(in) :: input
+      type(equilibrium_t), intent(in) :: problem
+      type(error_t), allocatable, intent(inout) :: error
+      type(structure_t) :: alone
+      type(external_t) :: external
+      type(error_t), allocatable :: refusal
+      integer :: i
+      if (index(error%message, 'load: ') /= 1) return
+      alone = input%structure
+      do i = 1, size(input%structure%loads)
+         alone%loads = input%structure%loads(i:i)
+         call new_external(external, alone, problem%equations, refusal)
+         if (.not. allocated(refusal)) cycle
+         error%message = text_of(input%load_lines(i))//': &'//refusal%message
+         return
+      end do
+   end subroutine place_load_error
+end module finshell_trial

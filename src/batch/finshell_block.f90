@@ -1,0 +1,142 @@
+!> A block of `lanes` elements side by side: its input and its results checked.
+module finshell_block
+   use finshell_element, only: block_t, rotation_increment, rotation_quaternion
+   use finshell_kinds, only: wp, i4, lanes
+   use finshell_status, only: status_invalid_argument, status_large_rotation, status_material_limit, status_not_a_number, &
+      status_ok
+   implicit none
+   private
+   public :: check_input, check_results, vanishing
+
+   !> Quaternions and directions between the inverse of this and this are taken as they are; rotation vectors up to this.
+   real(wp), parameter :: usual_length = 1.0e60_wp
+
+contains
+
+   !> NaN and infinity in the input; quaternions and directions of an absurd length are brought back to a usual one.
+   pure subroutine check_input(block, has_direction, status, changed)
+      type(block_t), intent(inout) :: block
+      logical, intent(in) :: has_direction
+      integer(i4), intent(inout) :: status(lanes)
+      logical, intent(out) :: changed !< a length was: results do not belong to the block
+      real(wp), dimension(lanes) :: tx, tu, tr, square, least, most
+      integer(i4) :: ignored(lanes)
+      integer :: c, j
+      tx = 0
+      tu = 0
+      do j = 1, 3
+         do c = 1, 3
+            tx = tx + 0*block%x(:, c, j)
+            tu = tu + 0*block%u(:, c, j)
+         end do
+      end do
+      ! squares between these limits: the rotations are finite and of a usual size (a vector may be zero)
+      most = 0
+      least = usual_length
+      do j = 1, 3
+         square = block%rotation(:, 1, j)**2 + block%rotation(:, 2, j)**2 + block%rotation(:, 3, j)**2 + block%rotation(:, 4, j)**2
+         most = most + square
+         if (block%convention == rotation_quaternion) least = min(least, square)
+      end do
+      if (block%convention == rotation_increment) then
+         do j = 1, 3
+            square = block%state(:, 1, j)**2 + block%state(:, 2, j)**2 + block%state(:, 3, j)**2 + block%state(:, 4, j)**2
+            most = most + square
+            least = min(least, square)
+         end do
+      end if
+      if (has_direction) then
+         square = block%direction(:, 1)**2 + block%direction(:, 2)**2 + block%direction(:, 3)**2
+         most = most + square
+         least = min(least, square)
+      end if
+      if (block%has_normals) then
+         do j = 1, 3
+            square = block%normal(:, 1, j)**2 + block%normal(:, 2, j)**2 + block%normal(:, 3, j)**2
+            most = most + square
+            least = min(least, square)
+         end do
+      end if
+      changed = .false.
+      if (all((tx + tu <= 0) .and. most < usual_length .and. least > 1/usual_length)) return
+
+      tr = 0
+      do j = 1, 3
+         do c = 1, 4
+            tr = tr + 0*block%rotation(:, c, j)
+            if (block%convention == rotation_increment) tr = tr + 0*block%state(:, c, j)
+         end do
+         tr = tr + 0*block%direction(:, j)
+         if (block%convention == rotation_quaternion) then
+            call check_length(4, block%rotation(:, :, j), status, changed)
+         else
+            ! of a longer vector nothing is left of the angle
+            where (.not. maxval(abs(block%rotation(:, 1:3, j)), 2) < usual_length) status = status_large_rotation
+         end if
+         if (block%convention == rotation_increment) call check_length(4, block%state(:, :, j), status, changed)
+         if (block%has_normals) then
+            tr = tr + 0*(block%normal(:, 1, j) + block%normal(:, 2, j) + block%normal(:, 3, j))
+            call check_length(3, block%normal(:, :, j), status, changed)
+         end if
+      end do
+      ignored = status_ok ! a direction of zeros is an error only where it is needed
+      call check_length(3, block%direction, ignored, changed)
+      where (.not. tx + tu + tr <= 0) status = status_not_a_number
+   end subroutine check_input
+
+   !> Vectors of which the length does not matter: zero is an error, squares are to neither overflow nor vanish.
+   pure subroutine check_length(n, v, status, changed)
+      integer, intent(in) :: n
+      real(wp), intent(inout) :: v(lanes, n)
+      integer(i4), intent(inout) :: status(lanes)
+      logical, intent(inout) :: changed
+      real(wp) :: length(lanes)
+      integer :: c, l
+      length = abs(v(:, 1))
+      do c = 2, n
+         length = max(length, abs(v(:, c)))
+      end do
+      if (all(length > 1/usual_length .and. length < usual_length)) return
+      do l = 1, lanes
+         if (.not. length(l) > 0) then
+            status(l) = status_invalid_argument
+         else if (.not. (length(l) > 1/usual_length .and. length(l) < usual_length)) then
+            if (.not. length(l) <= huge(1.0_wp)) cycle
+            v(l, :) = scale(v(l, :), -exponent(length(l)))
+            changed = .true.
+         end if
+      end do
+   end subroutine check_length
+
+   !> Results that are not finite, of moduli or a strain so large that products overflow: the elements get a status and zeros.
+   pure subroutine check_results(n, status, energy, force, tangent)
+      integer, intent(in) :: n
+      integer(i4), intent(inout) :: status(n)
+      real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
+      real(wp) :: total
+      integer :: e
+      do e = 1, n
+         if (status(e) /= status_ok) cycle
+         total = 0
+         if (present(energy)) total = total + 0*energy(e)
+         if (present(force)) total = total + sum(0*force(:, e))
+         if (present(tangent)) total = total + sum(0*tangent(:, :, e))
+         if (total <= 0) cycle
+         status(e) = status_material_limit
+         if (present(energy)) energy(e) = 0
+         if (present(force)) force(:, e) = 0
+         if (present(tangent)) tangent(:, :, e) = 0
+      end do
+   end subroutine check_results
+
+   !> Zero for each lane of which all values are finite, else NaN.
+   pure function vanishing(values) result(total)
+      real(wp), intent(in) :: values(:) !< lane by lane, again and again
+      real(wp) :: total(lanes)
+      integer :: i
+      total = 0
+      do i = 0, size(values) - lanes, lanes
+         total = total + 0*values(i + 1:i + lanes)
+      end do
+   end function vanishing
+end module finshell_block

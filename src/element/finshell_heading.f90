@@ -1,0 +1,87 @@
+!> Where a block of elements is about to move, and how much of its strains may be rounding: for laws with switches only.
+!>
+!> Displacements and rotations come rounded: in a rigid motion the strains they make are not zero but of the size of `epsilon` times
+!> displacement over height of the element, or position over height where displacements are differences of positions. Below a
+!> multiple of this a fibre counts as unstretched. The floor vanishes with the motion: it does not hide its small strains.
+module finshell_heading
+   use finshell_kinds, only: wp, lanes
+   use finshell_core, only: heading_t
+   use finshell_curved, only: curved_t
+   use finshell_filter, only: filter_t
+   use finshell_lift, only: core_variation
+   use finshell_reference, only: reference_t
+   use finshell_section, only: section_t
+   implicit none
+   private
+   public :: new_heading, set_direction
+
+   real(wp), parameter :: rounding = 32*epsilon(1.0_wp)
+   real(wp), parameter :: small_motion = 1.0e-6_wp !< below, displacements are taken to be better than differences of positions
+   !> Changes of strain come from the solution of equations, which loses more digits.
+   real(wp), parameter :: rounding_of_solution = 2.0_wp**16*epsilon(1.0_wp)
+
+contains
+
+   !> A heading that knows the floor, and no direction.
+   pure subroutine new_heading(section, ref, curved, nodes, displacement, quaternion, heading)
+      type(section_t), intent(in) :: section
+      type(reference_t), intent(in) :: ref
+      type(curved_t), intent(in) :: curved
+      real(wp), intent(in) :: nodes(lanes, 3, 3), displacement(lanes, 3, 3), quaternion(lanes, 4, 3)
+      type(heading_t), intent(out) :: heading
+      real(wp), dimension(lanes) :: largest, turn, position, motion
+      integer :: i, k
+      position = 0
+      largest = 0
+      turn = 0
+      do k = 1, 3
+         do i = 1, 3
+            position = max(position, abs(nodes(:, i, k)))
+            largest = max(largest, abs(displacement(:, i, k)))
+            turn = max(turn, abs(quaternion(:, i + 1, k)))
+         end do
+         turn = max(turn, abs(quaternion(:, 1, k) - 1))
+      end do
+      motion = level(section, ref, largest, turn)
+      heading%floor = rounding*(motion + level(section, ref, position, 0*turn)*min(1.0_wp, motion/small_motion))
+      ! strains from a curved reference are differences of strains from the facet
+      if (curved%any) heading%floor = heading%floor + rounding*level(section, ref, 0*turn, maxval(abs(curved%slope), 2))
+   end subroutine new_heading
+
+   !> Let it head for a motion.
+   pure subroutine set_direction(section, ref, filter, motion, heading)
+      type(section_t), intent(in) :: section
+      type(reference_t), intent(in) :: ref
+      type(filter_t), intent(in) :: filter
+      real(wp), intent(in) :: motion(lanes, 18) !< displacements and spins, u1 t1 u2 t2 u3 t3
+      type(heading_t), intent(inout) :: heading
+      real(wp), dimension(lanes) :: largest, turn
+      integer :: i, k
+      largest = 0
+      turn = 0
+      do k = 0, 12, 6
+         do i = 1, 3
+            largest = max(largest, abs(motion(:, k + i)))
+            turn = max(turn, abs(motion(:, k + 3 + i)))
+         end do
+      end do
+      heading%directed = .true.
+      heading%rate_floor = rounding_of_solution*level(section, ref, largest, turn)
+      call core_variation(ref, filter, motion, heading%variation)
+   end subroutine set_direction
+
+   !> Size of the strains that a motion would make if nothing of it were rigid.
+   pure function level(section, ref, displacement, turn) result(strain)
+      type(section_t), intent(in) :: section
+      type(reference_t), intent(in) :: ref
+      real(wp), intent(in) :: displacement(lanes), turn(lanes)
+      real(wp) :: strain(lanes)
+      real(wp) :: inverse(lanes) ! of the least height
+      integer :: k
+      inverse = 0
+      do k = 1, 3
+         inverse = max(inverse, abs(ref%gradient(:, 1, k)) + abs(ref%gradient(:, 2, k)))
+      end do
+      strain = (displacement*inverse + turn)*(1 + (0.5_wp*section%thickness + abs(section%offset))*inverse)
+   end function level
+end module finshell_heading

@@ -1,0 +1,87 @@
+!> Keeps the account of an increment of a structure: what the energy balance (finshell_balance) begins and ends with.
+module finshell_ledger
+   use finshell_kinds, only: wp
+   use finshell_mesh, only: mesh_t
+   use finshell_state, only: state_t
+   use finshell_equations, only: equations_t, motion_at
+   use finshell_external, only: external_t
+   use finshell_assembly, only: assembly_t
+   use finshell_load_terms, only: add_pressures
+   use finshell_balance, only: balance_t, work_along
+   implicit none
+   private
+   public :: entry_t, motion_times, balance_between
+
+   !> What is known of a state.
+   type :: entry_t
+      real(wp), allocatable :: unit_force(:, :, :) !< (6, nodes, 2) external force per load factor and constant factor
+      real(wp), allocatable :: bulges(:, :, :) !< (6, nodes, 2) what loaded sides add to it by their bulge
+      real(wp) :: energy = 0 !< stored
+      real(wp) :: reaction = 0 !< of the moved supports, times their motion per factor
+   end type entry_t
+
+contains
+
+   !> Forces on the moved components times their motion per factor.
+   pure function motion_times(equations, state, active, force) result(product)
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: active !< 1: load factor, 2: constant factor
+      real(wp), intent(in) :: force(:, :) !< (6, nodes)
+      real(wp) :: product
+      integer :: i
+      product = 0
+      do i = 1, size(equations%moved)
+         product = product + dot_product(motion_at(equations, i, active, state%load_factor, state%constant_factor), &
+                                         force(:, equations%moved(i)))
+      end do
+   end function motion_times
+
+   !> Balance between two states. Pressure forces are quadratic in the displacements: Simpson's rule over the chord is exact. `from`
+   !> may be empty: the reference state.
+   subroutine balance_between(from, to, base, state, active, loads, equations, moved_of, mesh, assembly, value)
+      type(entry_t), intent(in) :: from, to
+      type(state_t), intent(in) :: base, state
+      integer, intent(in) :: active
+      type(external_t), intent(in) :: loads
+      type(equations_t), intent(in) :: equations
+      integer, intent(in) :: moved_of(:)
+      type(mesh_t), intent(in) :: mesh
+      type(assembly_t), intent(in) :: assembly
+      type(balance_t), intent(out) :: value
+      type(state_t) :: middle
+      real(wp), allocatable :: mean(:, :, :)
+      real(wp) :: way(2), before(2), after(2)
+      integer :: i
+
+      mean = loads%dead
+      if (size(loads%pressures) > 0) then
+         middle = state
+         middle%displacement = 0.5_wp*(base%displacement + state%displacement)
+         call add_pressures(loads, equations, moved_of, mesh, middle, assembly, active, mean)
+         mean = 4*mean + to%unit_force
+         if (allocated(from%unit_force)) then
+            mean = (mean + from%unit_force)/6
+         else
+            mean = mean/5
+         end if
+      end if
+      if (size(loads%sides) > 0) then
+         mean = mean + 0.5_wp*to%bulges
+         if (allocated(from%bulges)) mean = mean + 0.5_wp*from%bulges
+      end if
+      do i = 1, 2
+         call work_along(base, state, mean(:, :, i), way(i), value%known)
+         if (.not. value%known) return
+      end do
+      before = [base%load_factor, base%constant_factor]
+      after = [state%load_factor, state%constant_factor]
+      value%level = to%energy
+      value%energy = to%energy - from%energy
+      value%work = dot_product(0.5_wp*(before + after), way) + 0.5_wp*(from%reaction + to%reaction)*(after(active) - before(active))
+      value%duality = way(active) - (to%reaction - from%reaction)
+      value%least = sum(min(before*way, after*way)) + min(from%reaction, to%reaction)*(after(active) - before(active))
+      value%throughput = max(abs(before(active)), abs(after(active)))*abs(way(active)) &
+                         + max(abs(from%reaction), abs(to%reaction))*abs(after(active) - before(active))
+   end subroutine balance_between
+end module finshell_ledger

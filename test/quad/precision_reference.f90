@@ -1,0 +1,236 @@
+!> The elements of `precision_sample` in quadruple precision, from the same doubles: how many digits double precision kept.
+!>
+!>     precision_reference FILE [all]
+!>
+!> A line for each law and parameter set: elements, how many were refused, how many have another code than here, the largest errors
+!> of energy, force and tangent (forces and stiffnesses made comparable by the size of the element, relative to the largest).
+!> Elements that miss 8 digits are counted by the reason:
+!>
+!>   input    a change of the coordinates and displacements in their last place does as much (times a few hundred roundings);
+!>   tangent  the tangent only, of an element with principal stretches of very different size: components of the material tangent in
+!>            the element's axes are rounded, and cancel by up to (l1/l2)^4 on the way to the nodes;
+!>   bad      neither. With `all`, each of these is described.
+!>
+!> Exit code 1 when more than one element of 5000 is bad (needles in strong compression, where a few hundred roundings are not
+!> enough; a tangent that cancels in the local strain), when one is bad by more than 1e-5, or when a code differs.
+program precision_reference
+   use finshell_batch, only: evaluate_elements, rotation_quaternion
+   use finshell_error, only: error_t
+   use finshell_kinds, only: dp, i4, wp
+   use finshell_material, only: material_t
+   use finshell_registry, only: new_material
+   use finshell_section, only: new_section, section_t
+   implicit none
+   integer, parameter :: n = 8, longest = 16
+   real(dp), parameter :: tolerance = 1.0e-8_dp, roundings = 256, worst_tangent = 1.0e-5_dp
+   character(len=32) :: name, last_name
+   character(len=16) :: keys(longest)
+   real(dp) :: values(longest), last_values(longest), thickness
+   integer(i4) :: used, formulation, convention
+   integer :: file, iostat, elements, refused, codes, bad, by_input, by_stretch, total_bad, total_codes, total_evaluated
+   real(dp) :: worst(3), worst_bad
+   logical :: each
+   character(len=200) :: argument
+
+   call get_command_argument(2, argument)
+   each = argument == 'all'
+   call get_command_argument(1, argument)
+   open (newunit=file, file=trim(argument), access='stream', form='unformatted', status='old', action='read')
+   last_name = ''
+   last_values = 0
+   elements = 0
+   total_bad = 0
+   total_codes = 0
+   total_evaluated = 0
+   worst_bad = 0
+   write (*, '(a)') 'law                        elements refused codes  energy   force    tangent  input tangent bad  parameters'
+   do
+      read (file, iostat=iostat) name, used, keys, values, thickness, formulation, convention
+      if (iostat /= 0) exit
+      if (name /= last_name .or. any(abs(values - last_values) > 0)) call close_line()
+      call compare()
+   end do
+   call close_line()
+   if (total_codes > 0 .or. worst_bad > worst_tangent .or. 5000*total_bad > total_evaluated) stop 1
+
+contains
+
+   subroutine close_line()
+      integer :: i
+      if (elements > 0) write (*, '(a24,3i8,3es9.1,3i6,16(1x,g0.5))') last_name, elements, refused, codes, worst, by_input, &
+         by_stretch, bad, (last_values(i), i=1, max(1, findloc(abs(last_values) > 0, .true., dim=1, back=.true.)))
+      last_name = name
+      last_values = values
+      elements = 0
+      refused = 0
+      codes = 0
+      bad = 0
+      by_input = 0
+      by_stretch = 0
+      worst = 0
+   end subroutine close_line
+
+   !> One block.
+   subroutine compare()
+      real(dp), dimension(3, 3, n) :: x, u, theta
+      real(dp), dimension(4, 3, n) :: q, state
+      real(dp) :: direction(3, n), energy(n), force(18, n), tangent(18, 18, n), error(3)
+      integer(i4) :: status(n), right(n)
+      real(wp) :: w(n), f(18, n), k(18, 18, n), size
+      real(dp) :: noise(3, n), stretches(2)
+      logical :: judged
+      type(error_t), allocatable :: failure
+      class(material_t), allocatable :: law
+      type(section_t) :: section
+      integer :: e
+      read (file) x, u, q, theta, state, direction, status, energy, force, tangent
+      call new_material(law, name, keys(:used), real(values(:used), wp), failure)
+      if (allocated(failure)) error stop 'precision_reference: '//failure%message
+      call new_section(section, law, real(thickness, wp), failure, formulation=int(formulation))
+      call evaluate(section, real(x, wp), real(u, wp), q, theta, state, direction, right, w, f, k)
+      judged = .false.
+      do e = 1, n
+         elements = elements + 1
+         if (status(e) /= 0) refused = refused + 1
+         if (status(e) /= right(e)) then
+            codes = codes + 1
+            total_codes = total_codes + 1
+            if (each) write (*, '(a,a,a,i0,a,i0)') '   ', trim(name), ': code ', status(e), ', here ', right(e)
+            cycle
+         end if
+         if (status(e) /= 0) cycle
+         total_evaluated = total_evaluated + 1
+         size = real(maxval(norm2(x(:, :, e) - cshift(x(:, :, e), 1, 2), 1)), wp)
+         error(1) = real(abs((energy(e) - w(e))/w(e)), dp)
+         call scale(size, f(:, e), k(:, :, e))
+         call compare_scaled(size, force(:, e), tangent(:, :, e), f(:, e), k(:, :, e), error)
+         worst = max(worst, merge(1.0_dp, error, .not. error <= 1))
+         if (.not. all(error <= tolerance)) then
+            if (.not. judged) then
+               call inherent(section, x, u, q, theta, state, direction, w, f, k, noise)
+               judged = .true.
+            end if
+            if (all(error <= max(tolerance, roundings*noise(:, e)))) then
+               by_input = by_input + 1
+               cycle
+            end if
+            stretches = principal_stretches(x(:, :, e), u(:, :, e))
+            noise(3, e) = max(noise(3, e), min(epsilon(1.0_dp)*(stretches(1)/stretches(2))**4, worst_tangent)/roundings)
+            if (all(error <= max(tolerance, roundings*noise(:, e)))) then
+               by_stretch = by_stretch + 1
+               cycle
+            end if
+            bad = bad + 1
+            worst_bad = max(worst_bad, merge(maxval(error), 1.0_dp, all(error <= 1)))
+            total_bad = total_bad + 1
+            if (each) call describe(x(:, :, e), stretches, status(e), right(e), error, error/noise(:, e))
+         end if
+      end do
+   end subroutine compare
+
+   subroutine evaluate(section, x, u, q, theta, state, direction, status, w, f, k)
+      type(section_t), intent(in) :: section
+      real(wp), dimension(3, 3, n), intent(in) :: x, u
+      real(dp), intent(in) :: q(4, 3, n), theta(3, 3, n), state(4, 3, n), direction(3, n)
+      integer(i4), intent(out) :: status(n)
+      real(wp), intent(out) :: w(n), f(18, n), k(18, 18, n)
+      if (convention == rotation_quaternion) then
+         call evaluate_elements(section, n, x, u, real(q, wp), int(convention), status, w, f, k, real(direction, wp), threads=1)
+      else
+         call evaluate_elements(section, n, x, u, real(theta, wp), int(convention), status, w, f, k, real(direction, wp), &
+                                threads=1, state=real(state, wp))
+      end if
+   end subroutine evaluate
+
+   !> What the results change by when coordinates and displacements change by half their last place: no algorithm can do better
+   !> on inputs that were rounded.
+   subroutine inherent(section, x, u, q, theta, state, direction, w, f, k, noise)
+      type(section_t), intent(in) :: section
+      real(dp), dimension(3, 3, n), intent(in) :: x, u, theta
+      real(dp), intent(in) :: q(4, 3, n), state(4, 3, n), direction(3, n)
+      real(wp), intent(in) :: w(n), f(18, n), k(18, 18, n)
+      real(dp), intent(out) :: noise(3, n)
+      real(wp) :: wn(n), fn(18, n), kn(18, 18, n), xn(3, 3, n), un(3, 3, n)
+      integer(i4) :: status(n)
+      integer :: e, trial
+      noise = 0
+      do trial = 1, 6
+         xn = x
+         un = u
+         call shake(xn)
+         call shake(un)
+         call evaluate(section, xn, un, q, theta, state, direction, status, wn, fn, kn)
+         do e = 1, n
+            noise(1, e) = max(noise(1, e), real(abs((wn(e) - w(e))/w(e)), dp))
+            noise(2, e) = max(noise(2, e), real(maxval(abs(fn(:, e) - f(:, e)))/maxval(abs(f(:, e))), dp))
+            noise(3, e) = max(noise(3, e), real(maxval(abs(kn(:, :, e) - k(:, :, e)))/maxval(abs(k(:, :, e))), dp))
+         end do
+      end do
+   end subroutine inherent
+
+   subroutine shake(a)
+      real(wp), intent(inout) :: a(3, 3, n)
+      real(dp) :: r(3, 3, n)
+      call random_number(r)
+      a = a*(1 + (2*r - 1)*epsilon(1.0_dp)/2)
+   end subroutine shake
+
+   subroutine compare_scaled(size, force, tangent, f, k, error)
+      real(wp), intent(in) :: size, f(18), k(18, 18)
+      real(dp), intent(in) :: force(18), tangent(18, 18)
+      real(dp), intent(inout) :: error(3)
+      real(wp) :: a(18), b(18, 18)
+      a = force
+      b = tangent
+      call scale(size, a, b)
+      error(2) = real(maxval(abs(a - f))/maxval(abs(f)), dp)
+      error(3) = real(maxval(abs(b - k))/maxval(abs(k)), dp)
+   end subroutine compare_scaled
+
+   !> Forces times the size of the element, to stand beside moments.
+   pure subroutine scale(size, f, k)
+      real(wp), intent(in) :: size
+      real(wp), intent(inout) :: f(18), k(18, 18)
+      logical, parameter :: is_force(18) = [.true., .true., .true., .false., .false., .false., &
+                                            .true., .true., .true., .false., .false., .false., &
+                                            .true., .true., .true., .false., .false., .false.]
+      integer :: i
+      do i = 1, 18
+         if (.not. is_force(i)) cycle
+         f(i) = f(i)*size
+         k(:, i) = k(:, i)*size
+         k(i, :) = k(i, :)*size
+      end do
+   end subroutine scale
+
+   !> Principal stretches of the triangle, the larger first.
+   function principal_stretches(x, u) result(l)
+      real(dp), intent(in) :: x(3, 3), u(3, 3)
+      real(dp) :: l(2)
+      real(wp) :: a(3, 2), b(3, 2), g(2, 2), m(2, 2), trace, det
+      integer :: i
+      do i = 1, 2
+         a(:, i) = real(x(:, i + 1), wp) - x(:, 1)
+         b(:, i) = a(:, i) + u(:, i + 1) - u(:, 1)
+      end do
+      g = matmul(transpose(a), a)
+      m = matmul(transpose(b), b)
+      det = g(1, 1)*g(2, 2) - g(1, 2)**2
+      trace = (g(2, 2)*m(1, 1) + g(1, 1)*m(2, 2) - 2*g(1, 2)*m(1, 2))/det
+      det = (m(1, 1)*m(2, 2) - m(1, 2)**2)/det
+      trace = 0.5_wp*(trace + sqrt(max(0.0_wp, trace**2 - 4*det)))
+      l = real(sqrt([trace, det/trace]), dp)
+   end function principal_stretches
+
+   subroutine describe(x, stretches, status, right, error, share)
+      real(dp), intent(in) :: x(3, 3), stretches(2), error(3)
+      integer(i4), intent(in) :: status, right
+      real(dp), intent(in) :: share(3)
+      real(wp) :: side(3)
+      side = norm2(real(x - cshift(x, 1, 2), wp), 1)
+      write (*, '(a,a20,2i3,a,3es8.1,a,3es8.1)') '   ', name, status, right, ' errors', error, ' times rounding of the input', share
+      write (*, '(a,2i2,a,es8.1,a,2es9.2,a,es8.1,a,16es9.1)') '      formulation, convention', formulation, convention, &
+         ' h', thickness, ' stretches', stretches, ' shortest over longest side', real(minval(side)/maxval(side), dp), &
+         ' parameters', values(:used)
+   end subroutine describe
+end program precision_reference

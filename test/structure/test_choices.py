@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+"""Every word that the input lets one choose is described in doc/namelist.md, in the part on its group, and no other words are."""
+import re
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PARTS = {  # file of src/io that reads groups: headings of their description
+    "mesh": ["mesh"], "section": ["material", "section"], "direction": ["section"], "support": ["support"], "load": ["load"],
+    "step": ["step"], "output": ["monitor", "output"],
+}
+LISTS = {  # lists that are made elsewhere: file, pattern of the statement
+    "diagonal_names": ("model/finshell_mesh_grid.f90", r"diagonal_names = ('.*?')"),
+    "quantities": ("model/finshell_monitor.f90", r"quantity_names\(\d+\) = \[(.*?)\]"),
+    "law_names()": ("material/finshell_registry.f90", r"parameter :: \w+\(\d*\*?\) = \[(.*?'orthotropic'.*?)\]"),
+}
+NOT_CHOICES = {"all", "step 1"}  # defaults of names
+
+
+def joined(text):
+    """Continuation lines joined."""
+    return re.sub(r"&\s*\n\s*&?", "", text)
+
+
+def words_of(text):
+    """The words of "'a, b'" or of "len=..:: 'a', 'b'"."""
+    return {word.strip() for quoted in re.findall(r"'([^']*)'", text) for word in quoted.split(",") if word.strip()}
+
+
+def choices(part, sources):
+    """The words one can choose from in the groups that a file reads."""
+    text = joined(sources[f"io/finshell_input_{part}.f90"])
+    found = set()
+    for given in re.findall(r"choices=('[^']*'|\w+(?:\(\))?)", text) + re.findall(r"get_component\(group, ('[^']*')", text):
+        if given.startswith("'"):
+            found |= words_of(given)
+        elif given in LISTS:
+            file, pattern = LISTS[given]
+            found |= words_of(re.search(pattern, joined(sources[file]), re.S).group(1))
+        else:
+            found |= words_of(re.search(rf"\b{given} = ('[^']*')", text).group(1))
+    return found
+
+
+def described(headings, document):
+    """The words in quotes in the first two columns of the tables below these headings."""
+    found = set()
+    for heading in headings:
+        part = re.search(rf"^## {heading}$(.*?)(?=^## |\Z)", document, re.S | re.M).group(1)
+        for line in part.splitlines():
+            if line.startswith("|"):
+                found |= set(re.findall(r"`'([^'`]*)'`", "|".join(line.split("|")[1:3])))
+    return found - NOT_CHOICES
+
+
+def differences(sources, document):
+    """What stands in one place only."""
+    found = []
+    for headings in {tuple(h) for h in PARTS.values()}:
+        inside = {word for part, names in PARTS.items() if set(names) <= set(headings) for word in choices(part, sources)}
+        if any(set(headings) < set(other) for other in PARTS.values()):
+            continue
+        outside = described(headings, document)
+        found += [f"&{'/&'.join(headings)}: '{word}' is not described" for word in sorted(inside - outside)]
+        found += [f"&{'/&'.join(headings)}: '{word}' is described but not known" for word in sorted(outside - inside)]
+    return found
+
+
+class Choices(unittest.TestCase):
+    def setUp(self):
+        self.sources = {str(p.relative_to(ROOT / "src")): p.read_text() for p in (ROOT / "src").rglob("*.f90")}
+        self.document = (ROOT / "doc" / "namelist.md").read_text()
+
+    def test_choices_and_documentation_agree(self):
+        self.assertEqual(differences(self.sources, self.document), [])
+
+    def test_every_list_is_seen(self):
+        count = sum(len(choices(part, self.sources)) for part in PARTS)
+        self.assertGreater(count, 85)
+        for file, text in self.sources.items():
+            if "choices=" in text and not re.search(r"subroutine (get|to)_\w*string|get_component\(", text):
+                self.assertIn(re.sub(r"io/finshell_input_(\w+)\.f90", r"\1", file), PARTS, f"{file} reads choices: add it here")
+
+    def test_a_word_more_is_noticed(self):
+        for part, old, new in (("mesh", "annulus, strip'", "annulus, strip, torus'"), ("output", "moment, stress'", "moment, stress, strain'"),
+                               ("step", "'paper, tight'", "'paper, tight, loose'"), ("support", "symmetry, components'", "symmetry, spring, components'"),
+                               ("load", "pressure, gravity'", "pressure, wind, gravity'")):
+            name = f"io/finshell_input_{part}.f90"
+            self.assertIn(old, self.sources[name])
+            self.assertEqual(len(differences({**self.sources, name: self.sources[name].replace(old, new)}, self.document)), 1)
+        for file, old, new in (("material/finshell_registry.f90", "'linear_elastic', 'orthotropic'", "'linear_elastic', 'hencky', 'orthotropic'"),
+                               ("model/finshell_monitor.f90", "'rotation', 'reaction'", "'rotation', 'spin', 'reaction'")):
+            self.assertIn(old, self.sources[file])
+            self.assertEqual(len(differences({**self.sources, file: self.sources[file].replace(old, new)}, self.document)), 1)
+        self.assertEqual(len(differences(self.sources, self.document.replace("`'annulus'`, ", "", 1))), 1)
+        self.assertEqual(len(differences(self.sources, self.document.replace("`'annulus'`, ", "`'annulus'`, `'torus'`, ", 1))), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
