@@ -5,6 +5,7 @@
 !> enters the region itself, and `text_from`.
 module finshell_capi_common
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int32_t, c_null_char, c_ptr, c_size_t
+   use finshell_environment, only: environment_t, hold, release
    use finshell_status, only: status_invalid_argument, status_ok, status_out_of_memory, status_text
    implicit none
    private
@@ -78,6 +79,7 @@ contains
       integer(c_int32_t), intent(in) :: codes(n)
       integer(c_int32_t) :: code
       integer(c_int32_t) :: e, failed, first, worst
+      type(environment_t) :: environment
       character(len=12) :: digits
       failed = 0
       first = 0
@@ -96,10 +98,12 @@ contains
       end if
       code = worst
       if (.not. present(status)) return
+      call hold(environment)
       write (digits, '(i0)') first - 1
 !$omp critical (finshell_texts)
       call fill(status, code, first - 1, failed, place//': element '//trim(digits)//' (from 0): '//status_text(code))
 !$omp end critical (finshell_texts)
+      call release(environment)
    end function judge
 
    subroutine fill(status, code, index, failed, message)

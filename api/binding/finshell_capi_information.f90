@@ -3,6 +3,7 @@ module finshell_capi_information
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, store_text, text_from
    use finshell_cpu, only: cpu_level
+   use finshell_environment, only: environment_t, hold, release
    use finshell_registry, only: material_names, material_parameters, parameter_t
    use finshell_status, only: status_text
    use finshell_version, only: version
@@ -48,10 +49,14 @@ contains
       ! allow(C072)
       character(kind=c_char), intent(inout), optional :: buffer(*)
       integer(c_int32_t) :: length
+      type(environment_t) :: environment
+      ! the first critical section of a process starts the OpenMP library, which computes
+      call hold(environment)
 !$omp critical (finshell_texts)
       length = len(status_text(code))
       if (present(buffer) .and. size > 0) call store_text(status_text(code), size, buffer)
 !$omp end critical (finshell_texts)
+      call release(environment)
    end function message
 
    function material_count() result(n) bind(c, name='finshell_material_count')
@@ -82,11 +87,14 @@ contains
       type(c_ptr), value :: material
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: n
+      type(environment_t) :: environment
       n = accept(status)
+      call hold(environment)
 !$omp critical (finshell_texts)
       n = size(material_parameters(text_from(material)))
       if (n == 0) n = refuse(status, 'finshell_material_parameter_count', 'unknown material law '''//text_from(material)//'''')
 !$omp end critical (finshell_texts)
+      call release(environment)
    end function parameter_count
 
    function parameter_information(material, i, information, status) result(code) bind(c, name='finshell_material_parameter')
@@ -97,6 +105,8 @@ contains
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_material_parameter'
       type(parameter_t), allocatable :: parameters(:)
+      type(environment_t) :: environment
+      call hold(environment)
 !$omp critical (finshell_texts)
       parameters = material_parameters(text_from(material))
       if (.not. c_associated(material) .or. size(parameters) == 0) then
@@ -117,5 +127,6 @@ contains
          code = accept(status)
       end if
 !$omp end critical (finshell_texts)
+      call release(environment)
    end function parameter_information
 end module finshell_capi_information

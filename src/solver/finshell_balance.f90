@@ -93,7 +93,7 @@ contains
       if (.not. strict) scale = max(scale, 0.5_wp*balance%throughput)
       verdict%known = length > 0 .and. scale > 0 .and. ieee_is_finite(corrected) .and. ieee_is_finite(scale)
       if (.not. verdict%known) return
-      if (strict .or. plain*corrected > 0) verdict%misfit = sign(min(abs(plain), abs(corrected)), plain)
+      if (strict .or. (plain > 0 .eqv. corrected > 0)) verdict%misfit = sign(min(abs(plain), abs(corrected)), plain)
       if (abs(verdict%misfit) <= noise*balance%level) verdict%misfit = 0
       verdict%misfit = verdict%misfit/scale
 

@@ -85,7 +85,7 @@ contains
       real(wp) :: ratio
       if (.not. a > 0 .and. .not. b > 0 .and. a >= 0) then
          ratio = 0
-      else if (b > tiny(b) .and. a <= sqrt(huge(a))*b) then
+      else if (b > tiny(b) .and. a/sqrt(huge(a)) <= b) then
          ratio = a/b
       else
          ratio = huge(a)

@@ -117,12 +117,13 @@ class FlatSheets(unittest.TestCase):
         self.assertLess(max(w) - min(w), 3e-3 * abs(w[0]))
 
     def test_thickness(self):
-        # Below a thickness of 1e-3 bending does not count, and w has a limit.
+        # Below a thickness of 1e-3 bending does not count, and w has a limit. A free rim folds in several ways, each stable; which one
+        # it is, and in how many iterations, rounding decides: 0.32 and 0.37, 250 and 750 by the compiler's flags alone.
         for shape, rim, limit, tolerance in (("square", "type = 'hinged'", 0.197, 0.002), ("disk", "type = 'clamped'", 0.177, 0.002),
                                              ("annulus", "type = 'hinged'", 0.168, 0.002), ("square", "fixed = 'uz'", 0.49, 0.03),
-                                             ("annulus", "fixed = 'uz'", 0.32, 0.02)):
+                                             ("annulus", "fixed = 'uz'", 0.34, 0.05)):
             for thickness in (1e-3, 1e-5):
-                w = self.reaches(sheet(shape, rim, thickness=thickness), 500)
+                w = self.reaches(sheet(shape, rim, thickness=thickness), 1000)
                 self.assertAlmostEqual(w, limit, delta=tolerance, msg=f"{shape} {rim} {thickness}")
 
     def test_laws(self):

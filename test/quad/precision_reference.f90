@@ -161,6 +161,7 @@ contains
          call shake(un)
          call evaluate(section, xn, un, q, theta, state, direction, status, wn, fn, kn)
          do e = 1, n
+            if (status(e) /= 0 .or. .not. abs(w(e)) > 0) cycle
             noise(1, e) = max(noise(1, e), real(abs((wn(e) - w(e))/w(e)), dp))
             noise(2, e) = max(noise(2, e), real(maxval(abs(fn(:, e) - f(:, e)))/maxval(abs(f(:, e))), dp))
             noise(3, e) = max(noise(3, e), real(maxval(abs(kn(:, :, e) - k(:, :, e)))/maxval(abs(k(:, :, e))), dp))
