@@ -8,8 +8,9 @@ module finshell_core
    use finshell_kinds, only: wp, i4, lanes
    use finshell_bending, only: bending_t, new_bending
    use finshell_core_force, only: work_t, new_work, add_slope_force, add_stabilised_force, add_paper_force
-   use finshell_core_hessian, only: stress_t, strain_derivatives_t, strain_derivatives, strain_variation, predict, &
-      bending_hessian, curvature_hessian, membrane_hessian, bow_hessian, add_side_terms, stabilised_geometric, paper_geometric
+   use finshell_core_derivatives, only: stress_t, strain_derivatives_t, strain_derivatives, strain_variation, predict
+   use finshell_core_geometric, only: add_side_terms, stabilised_geometric, paper_geometric
+   use finshell_core_hessian, only: bending_hessian, curvature_hessian, membrane_hessian, bow_hessian
    use finshell_core_strain, only: n_core, row, column, drilling_stiffness, stabilised_strain, paper_strain
    use finshell_curved, only: curved_t, refer_to, refer_change_to, from_curved
    use finshell_drilling, only: drilling_t, new_drilling

@@ -11,7 +11,7 @@ module finshell_normals
    use finshell_mesh_sorting, only: sorted_order
    implicit none
    private
-   public :: exact_normals, fitted_normals, symmetry_planes_t
+   public :: exact_normals, fitted_normals, symmetry_planes_t, add_turns
 
    !> Planes of symmetry of the model, through given nodes.
    type :: symmetry_planes_t
@@ -41,6 +41,24 @@ module finshell_normals
    end interface
 
 contains
+
+   !> Angles (of any component) between normals and facets, where they are larger than nodal rotations: strains are differences from
+   !> theirs.
+   pure subroutine add_turns(mesh, normal, rotation)
+      type(mesh_t), intent(in) :: mesh
+      real(wp), intent(in) :: normal(:, :, :) !< (3, 3, elements)
+      real(wp), intent(inout) :: rotation(:, :) !< (3, nodes)
+      integer :: e, k
+      real(wp) :: angle
+      do e = 1, size(mesh%triangles, 2)
+         do k = 1, 3
+            associate (node => mesh%triangles(k, e))
+               angle = norm2(normal(:, k, e)/norm2(normal(:, k, e)) - facet_normal(mesh, e))
+               rotation(:, node) = sign(max(abs(rotation(:, node)), angle), rotation(:, node))
+            end associate
+         end do
+      end do
+   end subroutine add_turns
 
    !> Nodal normals (3, nodes) of the generator, turned to the side of each facet's own.
    pure subroutine exact_normals(mesh, normal)

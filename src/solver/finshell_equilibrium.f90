@@ -13,6 +13,7 @@ module finshell_equilibrium
       rotation_vector_to_quaternion, update_quaternion
    use finshell_batch, only: n_resultants
    use finshell_mesh, only: mesh_size, mean_side
+   use finshell_normals, only: add_turns
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t, linear_change_t, new_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
@@ -340,6 +341,7 @@ contains
       allocate (nodal(6, size(self%state%rotation, 2)))
       nodal(1:3, :) = self%state%displacement
       nodal(4:6, :) = 2*self%state%rotation(2:4, :)
+      if (allocated(self%structure%normal)) call add_turns(self%structure%mesh, self%structure%normal, nodal(4:6, :))
       call gather(self%equations, nodal, x)
       if (present(added)) call self%solver%magnitude(x, added)
    end subroutine magnitude

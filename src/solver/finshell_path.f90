@@ -143,7 +143,7 @@ contains
       type(verdict_t) :: verdict
       character(len=:), allocatable :: complaint
       type(failure_t) :: failure
-      logical :: no_landing, overshot, turning, ended
+      logical :: no_landing, overshot, turning, ended, crawls, descent_left
       integer :: done, cuts
       done = 0
       do while (.not. targets%reached())
@@ -184,19 +184,19 @@ contains
                cycle
             end if
             call problem%restore()
+            descent_left = cuts == 0 .and. step%descent .and. attempt%control == control_load .and. .not. attempt%descends
             cuts = cuts + 1
             call self%fall_back(problem, step, targets, attempt, cuts, turning, no_landing)
             ended = at_fold(self%tracker_t, attempt) .and. .not. self%leaping
+            failure%attempts = cuts
+            failure%too_many = cuts > step%maximum_cuts
+            crawls = crawls_to_limit(failure, self%size, self%largest) .and. .not. (step%smallest_increment > 0 .or. descent_left)
             if (step%snap == snap_mark .and. self%snapped_size > 0 .and. attempt%control == self%snapped_control &
-                .and. .not. self%leaping .and. (ended .or. exhausted())) then
+                .and. .not. self%leaping .and. (ended .or. exhausted() .or. crawls)) then
                self%leaping = .true.
                self%size = self%snapped_size
                cuts = 0
-            end if
-            failure%attempts = cuts
-            failure%too_many = cuts > step%maximum_cuts
-            if (exhausted() .or. (ended .and. step%snap == snap_refuse) &
-                .or. (crawls_to_limit(failure, self%size, self%largest) .and. .not. step%smallest_increment > 0)) then
+            else if (exhausted() .or. crawls .or. (ended .and. step%snap == snap_refuse)) then
                self%iterations = self%iterations + record%iterations
                self%cuts = self%cuts + cuts
                failure%code = result%code

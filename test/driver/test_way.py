@@ -19,7 +19,7 @@ STRIP = """&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 10, 1 /
 """
 LOAD = "&load type = 'line' edge_set = 'edge_x1' vector = 0.0, 0.0, 1.0 /"
 TIP = "node_set = 'edge_x1' component = 'z'"
-PILLOW = """&mesh generator = 'rectangle' lengths = 100, 100 divisions = 10, 10 /
+PILLOW = """&mesh generator = 'rectangle' lengths = 100, 100 divisions = 8, 8 /
 &material name = 'm' law = 'linear_elastic' e = 200 nu = 0.3 /
 &section thickness = 0.5 /
 &support node_set = 'edge_x0' type = 'symmetry_x' /
