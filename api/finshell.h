@@ -139,7 +139,9 @@ typedef struct finshell_layer {
  *   option_names[options], option_values[options], NULL when options is 0:
  *     "thickness_points"  Gauss points through the thickness, 1 to 12 (3)
  *     "formulation"       1: stabilised (S), 2: as published (P) (1)
- *     "beta0"             weight of the higher-order drilling strain, > 0 (0.01)
+ *     "beta0"             weight of the higher-order drilling strain, > 0 (default: (thickness/longest side)^2 of each
+ *                         element, between 1e-5 and 0.3)
+ *     "arc"               1: curvature by the tangents of the arc, 0: of its chord; (S) only (1)
  *     "offset"            height of the middle of the section above the surface of the nodes, along the normal; length (0)
  *     "density"           mass per reference volume, used by finshell_mass_matrix only (0)
  *   *section: the handle, NULL after an error.
