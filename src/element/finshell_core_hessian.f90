@@ -228,8 +228,8 @@ contains
             do i = 1, 3
                x(:, 1, 1) = k(:, 1, 1, i)*dt(:, 1, 1, j) + k(:, 2, 1, i)*dt(:, 2, 1, j) + k(:, 1, 2, i)*dt(:, 1, 2, j) &
                   + k(:, 2, 2, i)*dt(:, 2, 2, j)
-               h(:, i, variable(j)) = h(:, i, variable(j)) + x(:, 1, 1)
-               if (j <= 3) h(:, j, i) = h(:, j, i) + x(:, 1, 1)
+               if (j > 3 .or. i <= j) h(:, i, variable(j)) = h(:, i, variable(j)) + x(:, 1, 1)
+               if (j <= i) h(:, j, i) = h(:, j, i) + x(:, 1, 1)
             end do
          end do
          ! 1/2 V T: ddC^-1 = Z: dC C^-1 dC

@@ -207,10 +207,17 @@ contains
          if (z <= tiny(z)/epsilon(z)) exit
          do j = 2, n
             do i = 1, j - 1
+               if (abs(a(i, j)) <= 1.0e-100_wp*abs(a(j, j) - a(i, i))) then ! nothing to turn, and the quotient might overflow
+                  a(i, j) = 0
+                  a(j, i) = 0
+               end if
                if (abs(a(i, j)) <= tiny(z)/epsilon(z)) cycle
                z = (a(j, j) - a(i, i))/(2*a(i, j))
-               t = sign(1.0_wp, z)/(abs(z) + sqrt(1 + z*z))
-               if (abs(z) > 1.0e15_wp) t = 0.5_wp/z
+               if (abs(z) > 1.0e15_wp) then
+                  t = 0.5_wp/z
+               else
+                  t = sign(1.0_wp, z)/(abs(z) + sqrt(1 + z*z))
+               end if
                c = 1/sqrt(1 + t*t)
                s = t*c
                p = a(:, i)
