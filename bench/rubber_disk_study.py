@@ -136,8 +136,8 @@ def report():
         yield from rows
     yield ""
     yield ("The paper needed 7 increments and 25 iterations. Negative pivots mean that the discrete equilibrium is unstable under dead load; the exact "
-           "solution is stable everywhere. (P), the paper's formulation, loses stability early. (S) keeps it where the triangles stay well shaped; on "
-           "meshes whose rim triangles become very slender along the radius (no `core`, many sectors) it loses it too, at larger displacements (`theory.md`, Limits).")
+           "solution is stable everywhere. (P), the paper's formulation, loses stability early. (S) keeps it on all these "
+           "meshes; what it does not bear is in `theory.md`, Limits. Supported sides are straight: the rim is a polygon.")
 
 
 def main():
