@@ -53,7 +53,7 @@ contains
       end do
       if (stabilised) then
          do v = 1, 3
-            w%n(:, v, 1) = (w%n(:, v, 1) + w%n(:, v, 2) + w%n(:, v, 3))/3
+            w%n(:, v, 1) = (1.0_wp/3)*(w%n(:, v, 1) + w%n(:, v, 2) + w%n(:, v, 3))
             w%n(:, v, 2) = w%n(:, v, 1)
             w%n(:, v, 3) = w%n(:, v, 1)
          end do

@@ -49,7 +49,8 @@ contains
       integer(i4), intent(inout) :: status(lanes) !< status_degenerate_reference, see judge_triangles
       real(wp), dimension(lanes, 3) :: a, b, c, column
       real(wp), dimension(lanes) :: length, twice_area, inverse
-      integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
+      integer, parameter :: first(4:6) = [1, 2, 1], second(4:6) = [3, 3, 2] !< nodes that two sides do not share: 12, 13, 23
+      real(wp), parameter :: third = 1.0_wp/3, four_thirds = 4.0_wp/3
       real(wp), parameter :: bow = -(4.0_wp/3)*alpha_b/8 !< times the gradient of a vertex function: mean gradient of a bubble
       integer :: g, i, k
 
@@ -88,7 +89,7 @@ contains
       end do
       call judge_triangles(lanes, twice_area, max(ref%side2(:, 1), ref%side2(:, 2), ref%side2(:, 3)), status)
       do i = 1, 2
-         a(:, i) = (ref%x(:, i, 2) + ref%x(:, i, 3))/3
+         a(:, i) = third*(ref%x(:, i, 2) + ref%x(:, i, 3))
          do k = 1, 3
             ref%x(:, i, k) = ref%x(:, i, k) - a(:, i)
          end do
@@ -108,14 +109,20 @@ contains
             end do
          end do
       end do
-      do g = 1, 6
-         associate (nk => ref%bubble(:, :, first(g), :), nl => ref%bubble(:, :, second(g), :))
-            ref%bubble_mean(:, 1, g) = (nk(:, 1, 1)*nl(:, 1, 1) + nk(:, 1, 2)*nl(:, 1, 2) + nk(:, 1, 3)*nl(:, 1, 3))/3
-            ref%bubble_mean(:, 2, g) = (nk(:, 2, 1)*nl(:, 2, 1) + nk(:, 2, 2)*nl(:, 2, 2) + nk(:, 2, 3)*nl(:, 2, 3))/3
-            ref%bubble_mean(:, 3, g) = (nk(:, 1, 1)*nl(:, 2, 1) + nk(:, 1, 2)*nl(:, 2, 2) + nk(:, 1, 3)*nl(:, 2, 3) &
-                                        + nk(:, 2, 1)*nl(:, 1, 1) + nk(:, 2, 2)*nl(:, 1, 2) + nk(:, 2, 3)*nl(:, 1, 3))/3
-         end associate
-      end do
+      ! four thirds of the sum of grad zeta (x) grad zeta for a side with itself; for two sides, eight thirds of the product
+      ! of the nodes they do not share
+      associate (d => ref%gradient)
+         ref%bubble_mean(:, 1, 1) = four_thirds*(d(:, 1, 1)**2 + d(:, 1, 2)**2 + d(:, 1, 3)**2)
+         ref%bubble_mean(:, 2, 1) = four_thirds*(d(:, 2, 1)**2 + d(:, 2, 2)**2 + d(:, 2, 3)**2)
+         ref%bubble_mean(:, 3, 1) = (2*four_thirds)*(d(:, 1, 1)*d(:, 2, 1) + d(:, 1, 2)*d(:, 2, 2) + d(:, 1, 3)*d(:, 2, 3))
+         ref%bubble_mean(:, :, 2) = ref%bubble_mean(:, :, 1)
+         ref%bubble_mean(:, :, 3) = ref%bubble_mean(:, :, 1)
+         do g = 4, 6
+            ref%bubble_mean(:, 1, g) = (2*four_thirds)*(d(:, 1, first(g))*d(:, 1, second(g)))
+            ref%bubble_mean(:, 2, g) = (2*four_thirds)*(d(:, 2, first(g))*d(:, 2, second(g)))
+            ref%bubble_mean(:, 3, g) = (2*four_thirds)*(d(:, 1, first(g))*d(:, 2, second(g)) + d(:, 2, first(g))*d(:, 1, second(g)))
+         end do
+      end associate
       do k = 1, 2
          call basic_column(ref, k, column)
          ref%basic(:, :, k) = column
