@@ -13,7 +13,7 @@ module finshell_driver
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
    use finshell_step, only: control_linear, control_buckling
-   use finshell_trial, only: check_steps, place_load_error, warning_of
+   use finshell_trial, only: check_steps, place_load_error, warning_of, mesh_warning
    use finshell_version, only: version
 !$ use omp_lib, only: omp_get_num_procs, omp_set_num_threads
    implicit none
@@ -157,6 +157,7 @@ contains
       call check_steps(input, problem, error)
       if (complain(error)) return
       if (warning_of(input, problem) /= '') write (error_unit, '(a)') 'finshell: warning: '//warning_of(input, problem)
+      if (mesh_warning(input) /= '') write (error_unit, '(a)') 'finshell: warning: '//mesh_warning(input)
       if (.not. options%quiet) call print_model(input, problem)
       if (.not. solve) then
          write (output_unit, '(a)') 'The input is complete and consistent.'

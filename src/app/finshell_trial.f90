@@ -1,6 +1,7 @@
 !> What can be said against an input before anything is solved: steps that cannot be followed, loads that do nothing.
 module finshell_trial
    use finshell_kinds, only: wp
+   use finshell_crossed_cells, only: crossed_cells
    use finshell_equations, only: equations_t
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
@@ -14,7 +15,7 @@ module finshell_trial
    use finshell_targets, only: targets_t, new_targets
    implicit none
    private
-   public :: check_steps, place_load_error, warning_of
+   public :: check_steps, place_load_error, warning_of, mesh_warning
 
 contains
 
@@ -136,6 +137,21 @@ contains
          return
       end do
    end function warning_of
+
+   !> What should be said about the mesh: '' or a sentence.
+   function mesh_warning(input) result(text)
+      type(input_t), intent(in) :: input
+      character(len=:), allocatable :: text
+      integer, parameter :: share = 10 !< a few cells do no harm: a tenth of the elements
+      integer :: elements
+      real(wp) :: aspect
+      text = ''
+      call crossed_cells(input%structure%mesh, elements, aspect)
+      if (share*elements < size(input%structure%mesh%triangles, 2) .or. elements == 0) return
+      text = input%file//': '//text_of(elements)//' elements lie in crossed cells up to '//text_of(nint(aspect)) &
+             //' times longer than wide: bent along their length these corrugate and are too stiff; take another diagonal ' &
+             //'or cells as wide as long'
+   end function mesh_warning
 
    !> Give an error of the loads the line of the load that makes it.
    subroutine place_load_error(input, problem, error)

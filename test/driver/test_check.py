@@ -30,6 +30,14 @@ class Check(unittest.TestCase):
         return subprocess.run([PROGRAM, command, "-q", "model.nml"], cwd=self.folder.name, capture_output=True, text=True, timeout=60, check=False,
                               preexec_fn=preexec, env=environment)
 
+    def test_crossed_cells(self):
+        """Crossed cells longer than wide are named before the run; others, and other diagonals, are not."""
+        for divisions, diagonal, warned in (("8, 16", "cross", True), ("16, 8", "cross", True), ("20, 2", "cross", False), ("8, 16", "alternating", False)):
+            mesh = MESH.replace("4, 1", divisions).replace(" /", f" diagonal = '{diagonal}' /")
+            result = self.run_text(mesh + REST + FORCE + "&step /\n")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual("crossed cells" in result.stderr, warned, (divisions, diagonal, result.stderr))
+
     def refuse(self, text, *words):
         """Refused by check and by run, in the same sentence, and nothing is written."""
         messages = []
