@@ -86,7 +86,9 @@ contains
                 //'If the load is meant to fall below zero, say where the path leads by displacements or load_levels'
       else if (step%patience > 0 .and. self%stalled >= step%patience) then
          text = 'the path wanders: in '//text_of(self%stalled) &
-                //' increments it has not come nearer to the end of the step than before'
+                //' increments it has not come nearer to the end of the step than before. It may have left for another one at a ' &
+                //'bifurcation point: look at the critical points of the history; try load control, which finds stable ' &
+                //'states, or a finer mesh; more patience (of &step) lets it go on'
       end if
    end function complaint
 
