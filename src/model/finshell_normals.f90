@@ -98,6 +98,7 @@ contains
       integer, intent(in), optional :: crease(:, :) !< (2, edges) pairs of nodes
       type(symmetry_planes_t), intent(in), optional :: planes
       real(wp), allocatable :: facet(:, :)
+      type(symmetry_planes_t), allocatable :: across !< unallocated counts as absent in the call
       integer, allocatable :: neighbour(:, :), first(:), star(:)
       integer :: e, node
 
@@ -107,9 +108,15 @@ contains
       end do
       call smooth_neighbours(mesh%triangles, facet, cos(crease_angle*degree), neighbour, crease)
       call elements_of_nodes(mesh%triangles, size(mesh%coordinates, 2), first, star)
+      if (present(planes)) across = planes
       !$omp parallel do schedule(dynamic, 64)
       do node = 1, size(mesh%coordinates, 2)
-         call fit_node(mesh, facet, neighbour, node, star(first(node):first(node + 1) - 1), normal, planes)
+         associate (own => star(first(node):first(node + 1) - 1))
+            ! a plane along the surface is one to slide on
+            if (allocated(across)) across%through(:, node) = across%through(:, node) &
+               .and. abs(matmul(sum(facet(:, own), 2), across%normal)) < 0.5_wp*size(own)
+            call fit_node(mesh, facet, neighbour, node, own, normal, across)
+         end associate
       end do
       !$omp end parallel do
    end subroutine fitted_normals
