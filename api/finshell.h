@@ -151,7 +151,7 @@ int32_t finshell_section_create(const char *material, int32_t parameters, const 
                                 double thickness, int32_t options, const char *const *option_names,
                                 const double *option_values, finshell_section **section, finshell_status *status);
 
-/* A section of layers, bottom to top along the normal. Options: "formulation", "beta0", "offset" as above. Errors: as above.
+/* A section of layers, bottom to top along the normal. Options: "formulation", "beta0", "arc", "offset" as above. Errors: as above.
  * Since 0.1. */
 int32_t finshell_section_create_layered(int32_t layers, const finshell_layer *layer, int32_t options,
                                         const char *const *option_names, const double *option_values,

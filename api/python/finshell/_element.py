@@ -57,7 +57,7 @@ class Section:
     """What elements are made of; immutable, shared by any number of threads."""
 
     def __init__(self, material: str, parameters: Mapping[str, float], thickness: float, **options: float) -> None:
-        """One layer. Options: thickness_points, formulation (1: S, 2: P), beta0, offset, density."""
+        """One layer. Options: thickness_points, formulation (1: S, 2: P), beta0, arc (1 or 0), offset, density."""
         names, values = pairs(list(parameters), list(parameters.values()))
         option_names, option_values = pairs(list(options), list(options.values()))
         handle, status = ctypes.c_void_p(), Status()
@@ -68,7 +68,7 @@ class Section:
 
     @classmethod
     def layered(cls, layers: Sequence[Layer], **options: float) -> "Section":
-        """Layers, bottom to top. Options: formulation, beta0, offset."""
+        """Layers, bottom to top. Options: formulation, beta0, arc, offset."""
         c_layers = (CLayer * len(layers))()
         kept = []
         for c, layer in zip(c_layers, layers):
