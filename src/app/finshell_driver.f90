@@ -156,8 +156,8 @@ contains
       if (complain(error)) return
       call check_steps(input, problem, error)
       if (complain(error)) return
-      if (warning_of(input, problem) /= '') write (error_unit, '(a)') 'finshell: warning: '//warning_of(input, problem)
-      if (mesh_warning(input) /= '') write (error_unit, '(a)') 'finshell: warning: '//mesh_warning(input)
+      call warn(warning_of(input, problem))
+      call warn(mesh_warning(input))
       if (.not. options%quiet) call print_model(input, problem)
       if (.not. solve) then
          write (output_unit, '(a)') 'The input is complete and consistent.'
@@ -211,6 +211,12 @@ contains
       complain = allocated(error)
       if (complain) write (error_unit, '(a)') 'finshell: '//error%message
    end function complain
+
+   !> Say it, if there is something.
+   subroutine warn(text)
+      character(len=*), intent(in) :: text
+      if (text /= '') write (error_unit, '(a)') 'finshell: warning: '//text
+   end subroutine warn
 
    subroutine print_model(input, problem)
       type(input_t), intent(in) :: input

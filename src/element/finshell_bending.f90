@@ -15,6 +15,7 @@ module finshell_bending
    use finshell_material, only: level_force, level_tangent
    use finshell_reference, only: reference_t, side_from, side_to, zeta, n_side
    use finshell_section, only: section_t, formulation_s
+   use finshell_voigt, only: pack
    implicit none
    private
    public :: bending_t, new_bending
@@ -174,13 +175,12 @@ contains
    pure subroutine bow_strain(ref, b)
       type(reference_t), intent(in) :: ref
       type(bending_t), intent(inout) :: b
-      integer, parameter :: pair(3, 3) = reshape([1, 4, 5, 4, 2, 6, 5, 6, 3], [3, 3])
       integer :: k, v
       do k = 1, 3
          do v = 1, 3
-            b%bow_strain(:, v, k) = 0.75_wp*(ref%bubble_mean(:, v, pair(1, k))*b%bow(:, 1) &
-                                             + ref%bubble_mean(:, v, pair(2, k))*b%bow(:, 2) &
-                                             + ref%bubble_mean(:, v, pair(3, k))*b%bow(:, 3))
+            b%bow_strain(:, v, k) = 0.75_wp*(ref%bubble_mean(:, v, pack(1, k))*b%bow(:, 1) &
+                                             + ref%bubble_mean(:, v, pack(2, k))*b%bow(:, 2) &
+                                             + ref%bubble_mean(:, v, pack(3, k))*b%bow(:, 3))
          end do
       end do
    end subroutine bow_strain

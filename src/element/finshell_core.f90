@@ -11,7 +11,7 @@ module finshell_core
    use finshell_core_derivatives, only: stress_t, strain_derivatives_t, strain_derivatives, strain_variation, predict
    use finshell_core_geometric, only: add_side_terms, stabilised_geometric, paper_geometric
    use finshell_core_hessian, only: bending_hessian, curvature_hessian, membrane_hessian, bow_hessian
-   use finshell_core_strain, only: n_core, row, column, drilling_stiffness, stabilised_strain, paper_strain
+   use finshell_core_strain, only: n_core, drilling_stiffness, stabilised_strain, paper_strain
    use finshell_curved, only: curved_t, refer_to, refer_change_to, from_curved
    use finshell_drilling, only: drilling_t, new_drilling
    use finshell_filter, only: filter_t
@@ -19,6 +19,7 @@ module finshell_core
    use finshell_material, only: level_force, level_tangent
    use finshell_reference, only: reference_t, drilling_weight, higher_order_strain
    use finshell_section, only: section_t, resultants_t, switches_t, integrate, midsurface_thickness, formulation_s, points_per_block
+   use finshell_voigt, only: row, column
    implicit none
    private
    public :: core_t, stress_t, heading_t, evaluate_core, n_core
@@ -154,13 +155,14 @@ contains
       end if
       if (level < level_force) return
 
-      call gradient_of(core%resultants, work, core%gradient)
-      if (level < level_tangent) return
       if (present(variation) .and. present(predicted)) then
          call strain_variation(derivatives, variation, membrane_change, curvature_change)
          call predict(core%resultants, membrane_change, curvature_change, predicted)
          return
       end if
+
+      call gradient_of(core%resultants, work, core%gradient)
+      if (level < level_tangent) return
 
       core%geometric_gradient = core%gradient
       if (present(stress)) then

@@ -2,12 +2,13 @@
 module finshell_core_derivatives
    use finshell_kinds, only: wp, lanes
    use finshell_bending, only: bending_t
-   use finshell_core_strain, only: n_core, variable, pack, total_drilling_matrix, jacobian_gradient
+   use finshell_core_strain, only: n_core, variable, total_drilling_matrix
    use finshell_drilling, only: drilling_t
-   use finshell_filter, only: filter_t
+   use finshell_filter, only: filter_t, jacobian_gradient
    use finshell_kink, only: kink_t
    use finshell_reference, only: reference_t, zeta, n_side
    use finshell_section, only: resultants_t, points_per_block
+   use finshell_voigt, only: pack
    implicit none
    private
    public :: stress_t, strain_derivatives_t, strain_derivatives, strain_variation, predict

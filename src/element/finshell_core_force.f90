@@ -7,12 +7,13 @@
 module finshell_core_force
    use finshell_kinds, only: wp, lanes
    use finshell_bending, only: bending_t
-   use finshell_core_strain, only: n_core, pack, variable, total_drilling_matrix, jacobian_gradient
+   use finshell_core_strain, only: n_core, variable, total_drilling_matrix
    use finshell_drilling, only: drilling_t
-   use finshell_filter, only: filter_t
+   use finshell_filter, only: filter_t, jacobian_gradient
    use finshell_kink, only: kink_t
    use finshell_reference, only: reference_t, zeta, n_side
    use finshell_section, only: resultants_t
+   use finshell_voigt, only: pack
    implicit none
    private
    public :: work_t, new_work, add_slope_force, add_stabilised_force, add_paper_force

@@ -3,11 +3,12 @@ module finshell_core_geometric
    use finshell_kinds, only: wp, lanes
    use finshell_bending, only: bending_t
    use finshell_core_force, only: work_t
-   use finshell_core_strain, only: n_core, variable, row, column, total_drilling_matrix, jacobian_gradient
+   use finshell_core_strain, only: n_core, variable, total_drilling_matrix
    use finshell_drilling, only: drilling_t, add_drilling_hessian
-   use finshell_filter, only: filter_t
+   use finshell_filter, only: filter_t, jacobian_gradient
    use finshell_kink, only: kink_t, add_kink_hessian
    use finshell_reference, only: reference_t
+   use finshell_voigt, only: row, column
    implicit none
    private
    public :: add_side_terms, stabilised_geometric, paper_geometric

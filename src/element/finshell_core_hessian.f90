@@ -4,9 +4,10 @@ module finshell_core_hessian
    use finshell_bending, only: bending_t
    use finshell_core_force, only: work_t
    use finshell_core_derivatives, only: strain_derivatives_t
-   use finshell_core_strain, only: n_core, variable, row, column, pack
+   use finshell_core_strain, only: n_core, variable
    use finshell_reference, only: reference_t
    use finshell_section, only: resultants_t
+   use finshell_voigt, only: row, column, pack
    implicit none
    private
    public :: bending_hessian, curvature_hessian, membrane_hessian, bow_hessian

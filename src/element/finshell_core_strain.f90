@@ -6,18 +6,16 @@ module finshell_core_strain
    use finshell_filter, only: filter_t
    use finshell_reference, only: reference_t
    use finshell_section, only: section_t, reference_membrane_tangent
+   use finshell_voigt, only: pack
    implicit none
    private
-   public :: n_core, variable, row, column, pack
-   public :: drilling_stiffness, stabilised_strain, paper_strain, total_drilling_matrix, jacobian_gradient
+   public :: n_core, variable
+   public :: drilling_stiffness, stabilised_strain, paper_strain, total_drilling_matrix
 
    !> Number of core variables (finshell_core).
    integer, parameter :: n_core = 12
    !> Those of them that bend: midsurface strain and slopes.
    integer, parameter :: variable(9) = [1, 2, 3, 7, 8, 9, 10, 11, 12]
-   !> Packed symmetric 3x3: entry k is (row(k), column(k)).
-   integer, parameter :: row(6) = [1, 2, 3, 1, 1, 2], column(6) = [1, 2, 3, 2, 3, 3]
-   integer, parameter :: pack(3, 3) = reshape([1, 4, 5, 4, 2, 6, 5, 6, 3], [3, 3])
 
 contains
 
@@ -92,12 +90,4 @@ contains
       b(:, :, 2) = higher(:, :, 2) + ref%basic(:, :, 2)
       b(:, :, 3) = higher(:, :, 3) - ref%basic(:, :, 1) - ref%basic(:, :, 2)
    end subroutine total_drilling_matrix
-
-   pure subroutine jacobian_gradient(filter, dj)
-      type(filter_t), intent(in) :: filter
-      real(wp), intent(out) :: dj(lanes, 3)
-      dj(:, 1) = filter%c(:, 2)/filter%jacobian
-      dj(:, 2) = filter%c(:, 1)/filter%jacobian
-      dj(:, 3) = -filter%c(:, 3)/filter%jacobian
-   end subroutine jacobian_gradient
 end module finshell_core_strain

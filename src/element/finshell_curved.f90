@@ -11,6 +11,7 @@ module finshell_curved
    use finshell_reference, only: reference_t
    use finshell_section, only: section_t, resultants_t, points_per_block
    use finshell_status, only: status_invalid_argument
+   use finshell_voigt, only: row, column, pack
    implicit none
    private
    public :: curved_t, new_curved, turn_nodes, refer_to, refer_change_to, from_curved
@@ -180,14 +181,12 @@ contains
 
       pure subroutine pull_tangent(c)
          real(wp), intent(inout) :: c(lanes, 6)
-         integer, parameter :: row(6) = [1, 2, 3, 1, 1, 2], column(6) = [1, 2, 3, 2, 3, 3]
-         integer, parameter :: packed(3, 3) = reshape([1, 4, 5, 4, 2, 6, 5, 6, 3], [3, 3])
          real(wp) :: t(lanes, 3, 3)
          integer :: i, j, p
          do j = 1, 3
             do i = 1, 3
-               t(:, i, j) = c(:, packed(i, 1))*curved%strain(:, 1, j) + c(:, packed(i, 2))*curved%strain(:, 2, j) &
-                  + c(:, packed(i, 3))*curved%strain(:, 3, j)
+               t(:, i, j) = c(:, pack(i, 1))*curved%strain(:, 1, j) + c(:, pack(i, 2))*curved%strain(:, 2, j) &
+                  + c(:, pack(i, 3))*curved%strain(:, 3, j)
             end do
          end do
          do p = 1, 6

@@ -11,6 +11,7 @@ module finshell_drilling
    use finshell_kink, only: kink_t
    use finshell_material, only: level_force, level_tangent
    use finshell_reference, only: reference_t, alpha_b
+   use finshell_voigt, only: row, column
    implicit none
    private
    public :: drilling_t, new_drilling, add_drilling_hessian
@@ -138,13 +139,12 @@ contains
       logical, intent(in) :: curved
       type(reference_t), intent(in) :: ref
       type(quadratic_t), intent(inout) :: quadratic
-      integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
       real(wp), parameter :: factor = (alpha_b/8)**2
       real(wp) :: mean(lanes, 3, 6), metric(lanes, 3, 6)
       integer :: kl, m, v
       mean = factor*ref%bubble_mean
       do kl = 1, 6
-         associate (lk => ref%side(:, :, first(kl)), ll => ref%side(:, :, second(kl)))
+         associate (lk => ref%side(:, :, row(kl)), ll => ref%side(:, :, column(kl)))
             metric(:, 1, kl) = lk(:, 1)*ll(:, 1)
             metric(:, 2, kl) = lk(:, 2)*ll(:, 2)
             metric(:, 3, kl) = lk(:, 1)*ll(:, 2) + lk(:, 2)*ll(:, 1)
@@ -176,11 +176,10 @@ contains
    pure subroutine remove_straight(bulge, mean)
       real(wp), intent(in) :: bulge(lanes, 3)
       real(wp), intent(inout) :: mean(lanes, 3, 6)
-      integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
       integer :: kl, v
       do kl = 1, 6
          do v = 1, 3
-            mean(:, v, kl) = bulge(:, first(kl))*bulge(:, second(kl))*mean(:, v, kl)
+            mean(:, v, kl) = bulge(:, row(kl))*bulge(:, column(kl))*mean(:, v, kl)
          end do
       end do
    end subroutine remove_straight
@@ -241,7 +240,6 @@ contains
       real(wp), intent(out) :: ee(lanes, 6) !< strain-strain, packed symmetric
       real(wp), intent(out) :: ea(lanes, 3, 3) !< strain-difference
       real(wp), intent(out) :: aa(lanes, 6) !< difference-difference, by pairs
-      integer, parameter :: first(6) = [1, 2, 3, 1, 1, 2], second(6) = [1, 2, 3, 2, 3, 3]
       integer, parameter :: pair(3, 3) = reshape([1, 3, 4, 3, 2, 5, 4, 5, 6], [3, 3])
       real(wp) :: zn(lanes, 6, 3), de(lanes, 3), da(lanes), nb(lanes), za(lanes)
       real(wp), dimension(lanes) :: difference, inverse, nd
@@ -278,8 +276,8 @@ contains
       ! J J,ab = (J^2),ab/2 - J,a J,b with (J^2),12 = 4 and (J^2),33 = -2
       inverse = 1/jacobian
       do k = 1, 6
-         i = first(k)
-         j = second(k)
+         i = row(k)
+         j = column(k)
          ee(:, k) = -nd*inverse*d%dj(:, i)*d%dj(:, j) + d%ds(:, i)*de(:, j) + d%ds(:, j)*de(:, i) &
             + difference*(d%ddeta*d%ds(:, i)*d%ds(:, j) + d%deta*d%dds(:, k))
       end do

@@ -10,7 +10,7 @@ module finshell_filter
    use finshell_status, only: status_collapsed_element, status_large_rotation
    implicit none
    private
-   public :: filter_t, new_filter
+   public :: filter_t, new_filter, jacobian_gradient
 
    !> Largest filtered rotation (half-angle cosine 0.05: 174 degrees): the logarithm jumps at 180.
    real(wp), parameter :: smallest_half_cosine = 0.05_wp
@@ -131,6 +131,14 @@ contains
       end do
       call inverse_tangent_coefficients(3*lanes, angle2, filter%eta, filter%mu)
    end subroutine new_filter
+
+   pure subroutine jacobian_gradient(filter, dj)
+      type(filter_t), intent(in) :: filter
+      real(wp), intent(out) :: dj(lanes, 3)
+      dj(:, 1) = filter%c(:, 2)/filter%jacobian
+      dj(:, 2) = filter%c(:, 1)/filter%jacobian
+      dj(:, 3) = -filter%c(:, 3)/filter%jacobian
+   end subroutine jacobian_gradient
 
    !> Quaternion, of any length, of the rotation with the columns r1, r2, r3.
    !>

@@ -8,9 +8,10 @@
 module finshell_kink
    use finshell_kinds, only: wp, lanes
    use finshell_bending, only: bending_t
-   use finshell_filter, only: filter_t
+   use finshell_filter, only: filter_t, jacobian_gradient
    use finshell_material, only: level_force, level_tangent
    use finshell_reference, only: reference_t, alpha_b
+   use finshell_voigt, only: row, column
    implicit none
    private
    public :: kink_t, new_kink, add_kink_hessian
@@ -25,7 +26,6 @@ module finshell_kink
    end type kink_t
 
    real(wp), parameter :: c_r = 2/alpha_b - 1
-   integer, parameter :: row(6) = [1, 2, 3, 1, 1, 2], column(6) = [1, 2, 3, 2, 3, 3]
 
 contains
 
@@ -41,7 +41,7 @@ contains
       integer :: i, k
 
       call carried_slopes(level, filter, slope, kink)
-      call jacobian_derivative(filter, dj)
+      call jacobian_gradient(filter, dj)
       do k = 1, 3
          c = 0
          c(:, k) = 1
@@ -66,14 +66,6 @@ contains
       end do
    end subroutine new_kink
 
-   pure subroutine jacobian_derivative(filter, dj)
-      type(filter_t), intent(in) :: filter
-      real(wp), intent(out) :: dj(lanes, 3)
-      dj(:, 1) = filter%c(:, 2)/filter%jacobian
-      dj(:, 2) = filter%c(:, 1)/filter%jacobian
-      dj(:, 3) = -filter%c(:, 3)/filter%jacobian
-   end subroutine jacobian_derivative
-
    !> g_i = U G0_i with its derivatives: U = (C + J I)/t, t = sqrt(tr C + 2 J).
    pure subroutine carried_slopes(level, filter, slope, kink)
       integer, intent(in) :: level
@@ -90,7 +82,7 @@ contains
       it = 1/filter%trace_u
       ij = 1/filter%jacobian
       u = filter%u
-      call jacobian_derivative(filter, dj)
+      call jacobian_gradient(filter, dj)
       ! t dt = (tr dC + 2 dJ)/2; n: derivative of C + J I
       n = 0
       do i = 1, 3
@@ -228,7 +220,7 @@ contains
       do i = 1, 3
          c(:, i) = c(:, i)*ij
       end do
-      call jacobian_derivative(filter, dj)
+      call jacobian_gradient(filter, dj)
       call bilinear(level_tangent, ref, bend, kink, c, s, ds)
       call node_matrices(level_tangent, ref, bend, c, m, dm, ddm)
       do i = 1, 3

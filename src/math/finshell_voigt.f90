@@ -6,7 +6,11 @@ module finshell_voigt
    use finshell_kinds, only: wp
    implicit none
    private
-   public :: rotate_strain, rotate_stress, rotate_tangent
+   public :: rotate_strain, rotate_stress, rotate_tangent, row, column, pack
+
+   !> Packed symmetric 3x3: entry k is (row(k), column(k)).
+   integer, parameter :: row(6) = [1, 2, 3, 1, 1, 2], column(6) = [1, 2, 3, 2, 3, 3]
+   integer, parameter :: pack(3, 3) = reshape([1, 4, 5, 4, 2, 6, 5, 6, 3], [3, 3])
 
 contains
 
