@@ -9,8 +9,8 @@ module finshell_monitoring
       monitor_reaction_moment, monitor_thickness_stretch, monitor_volume, monitor_energy, monitor_membrane_force, monitor_moment
    use finshell_pressure, only: enclosed_volume
    use finshell_quaternion, only: quaternion_to_rotation_vector
-   use finshell_recovery, only: recovery_t, recover, gather_elements, moved_state, small_part
-   use finshell_state, only: state_t
+   use finshell_recovery, only: recovery_t, recover, gather_elements, small_part
+   use finshell_state, only: state_t, moved_state
    implicit none
    private
    public :: watch_t, new_watch, monitored_values, needed_elements, point_fields, cell_fields, has_cell_fields

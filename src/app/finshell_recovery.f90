@@ -6,12 +6,11 @@ module finshell_recovery
    use finshell_kinds, only: wp, i4
    use finshell_batch, only: recover_elements, rotation_quaternion
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_quaternion, only: update_quaternion
-   use finshell_state, only: state_t
+   use finshell_state, only: state_t, moved_state
    use finshell_status, only: status_ok
    implicit none
    private
-   public :: recovery_t, recover, gather_elements, moved_state, small_part
+   public :: recovery_t, recover, gather_elements, small_part
 
    !> Results of a list of elements. What is missing is 0.
    type :: recovery_t
@@ -23,20 +22,6 @@ module finshell_recovery
    end type recovery_t
 
 contains
-
-   !> A state moved by a part of a motion.
-   pure function moved_state(state, motion, part) result(moved)
-      type(state_t), intent(in) :: state
-      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
-      real(wp), intent(in) :: part
-      type(state_t) :: moved
-      integer :: i
-      moved = state
-      do i = 1, size(moved%displacement, 2)
-         moved%displacement(:, i) = moved%displacement(:, i) + part*motion(1:3, i)
-         moved%rotation(:, i) = update_quaternion(moved%rotation(:, i), part*motion(4:6, i))
-      end do
-   end function moved_state
 
    !> Part of a motion over which differences give derivatives to six digits and more.
    pure real(wp) function small_part(motion, length)

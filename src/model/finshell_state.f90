@@ -1,9 +1,10 @@
 !> The state of a structure: displacements, rotations and factors. Nothing else is carried from one increment to the next.
 module finshell_state
    use finshell_kinds, only: wp
+   use finshell_quaternion, only: update_quaternion
    implicit none
    private
-   public :: state_t, linear_change_t, new_state
+   public :: state_t, linear_change_t, new_state, move_state, moved_state
 
    type :: state_t
       real(wp), allocatable :: displacement(:, :) !< (3, nodes), global
@@ -31,4 +32,25 @@ contains
       allocate (self%rotation(4, nodes), source=0.0_wp)
       self%rotation(1, :) = 1
    end subroutine new_state
+
+   !> Add displacements to displacements and spins to rotations.
+   pure subroutine move_state(state, motion)
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins, global
+      integer :: i
+      do i = 1, size(motion, 2)
+         state%displacement(:, i) = state%displacement(:, i) + motion(1:3, i)
+         state%rotation(:, i) = update_quaternion(state%rotation(:, i), motion(4:6, i))
+      end do
+   end subroutine move_state
+
+   !> A state moved by a part of a motion.
+   pure function moved_state(state, motion, part) result(moved)
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
+      real(wp), intent(in) :: part
+      type(state_t) :: moved
+      moved = state
+      call move_state(moved, part*motion)
+   end function moved_state
 end module finshell_state

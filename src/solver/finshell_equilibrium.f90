@@ -10,12 +10,12 @@ module finshell_equilibrium
       status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise, text_of
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
-      rotation_vector_to_quaternion, update_quaternion
+      rotation_vector_to_quaternion
    use finshell_batch, only: n_resultants
    use finshell_mesh, only: mesh_size, mean_side
    use finshell_normals, only: add_turns
    use finshell_structure, only: structure_t
-   use finshell_state, only: state_t, linear_change_t, new_state
+   use finshell_state, only: state_t, linear_change_t, new_state, move_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
    use finshell_external, only: external_t, new_external
    use finshell_sparsity, only: sparsity_t, new_sparsity
@@ -287,10 +287,7 @@ contains
                normals=s%normal)
          end associate
       end if
-      do i = 1, size(nodal, 2)
-         self%state%displacement(:, i) = self%state%displacement(:, i) + nodal(1:3, i)
-         self%state%rotation(:, i) = update_quaternion(self%state%rotation(:, i), nodal(4:6, i))
-      end do
+      call move_state(self%state, nodal)
       do i = 1, size(self%equations%moved)
          if (.not. self%equations%turned(i)) cycle
          self%state%rotation(:, self%equations%moved(i)) = rotation_vector_to_quaternion( &

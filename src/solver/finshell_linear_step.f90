@@ -13,8 +13,7 @@ module finshell_linear_step
    use finshell_equilibrium, only: equilibrium_t
    use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_stiffness_times, turn_moments
    use finshell_observer, only: observer_t, record_t
-   use finshell_quaternion, only: update_quaternion
-   use finshell_state, only: state_t, linear_change_t
+   use finshell_state, only: state_t, linear_change_t, move_state
    use finshell_status, only: status_not_converged
    use finshell_step, only: step_t, control_linear
    implicit none
@@ -233,7 +232,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(state_t) :: changed
       type(record_t) :: record
-      integer :: i
 
       problem%state%increment = problem%state%increment + 1
       call problem%accept()
@@ -243,10 +241,7 @@ contains
          changed%displacement = 0
          changed%rotation = spread([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 2, size(changed%rotation, 2))
       end if
-      do i = 1, size(change%motion, 2)
-         changed%displacement(:, i) = changed%displacement(:, i) + change%motion(1:3, i)
-         changed%rotation(:, i) = update_quaternion(changed%rotation(:, i), change%motion(4:6, i))
-      end do
+      call move_state(changed, change%motion)
       record%increment = changed%increment
       record%control = control
       record%iterations = max(1, solutions)

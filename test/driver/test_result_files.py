@@ -127,7 +127,13 @@ class ResultFiles(unittest.TestCase):
         self.assertEqual(len(found), 30)
         self.assertGreater(found[-1], found[0])
         # somebody who keeps the file open does not stop the run, and sees the steps he knows unchanged
-        with h5py.File(self.path / "model.vtkhdf") as file:
+        file = None
+        while file is None and refused < 1000:
+            try:
+                file = h5py.File(self.path / "model.vtkhdf")
+            except OSError:  # in the middle of an increment, as above
+                refused += 1
+        with file:
             before, deadline = self.length_of_history(), time.time() + 30
             first = file["VTKHDF/PointData/displacement"][:18]
             while self.length_of_history() < before + 5 and time.time() < deadline:
