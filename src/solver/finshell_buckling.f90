@@ -104,9 +104,11 @@ contains
       allocate (stress(n_resultants, problem%assembly%elements, 2))
       associate (s => problem%structure)
          call predict_stress(problem%assembly, s%sections, s%mesh%coordinates, problem%state%displacement, problem%state%rotation, &
-            constant, stress(:, :, 1), s%direction, toward=toward)
+            constant, stress(:, :, 1), s%direction, toward=toward, &
+            normals=s%normal)
          call predict_stress(problem%assembly, s%sections, s%mesh%coordinates, problem%state%displacement, problem%state%rotation, &
-            constant + proportional, stress(:, :, 2), s%direction, toward=toward)
+            constant + proportional, stress(:, :, 2), s%direction, toward=toward, &
+            normals=s%normal)
       end associate
       problem%state%constant_factor = problem%state%constant_factor + constant_change
       problem%stress = stress(:, :, 1)
