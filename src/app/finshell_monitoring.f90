@@ -7,7 +7,7 @@ module finshell_monitoring
    use finshell_mesh, only: mesh_t, find_element_set, find_node_set
    use finshell_monitor, only: monitor_t, output_t, monitor_displacement, monitor_rotation, monitor_reaction, &
       monitor_reaction_moment, monitor_thickness_stretch, monitor_volume, monitor_energy, monitor_membrane_force, monitor_moment
-   use finshell_pressure, only: enclosed_volume
+   use finshell_volume, only: volume_behind
    use finshell_quaternion, only: quaternion_to_rotation_vector
    use finshell_recovery, only: recovery_t, recover, gather_elements, small_part
    use finshell_state, only: state_t, moved_state
@@ -170,20 +170,11 @@ contains
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp) :: volume
-      real(wp), allocatable :: x(:, :, :)
-      integer :: i, j, k, node
+      integer :: i
       volume = 0
       do i = 1, size(problem%external%pressures)
-         associate (region => problem%external%pressures(i), mesh => problem%structure%mesh)
-            allocate (x(3, 3, size(region%elements)))
-            do j = 1, size(region%elements)
-               do k = 1, 3
-                  node = mesh%triangles(k, region%elements(j))
-                  x(:, k, j) = mesh%coordinates(:, node) + state%displacement(:, node)
-               end do
-            end do
-            volume = volume + enclosed_volume(size(region%elements), x, region%origin)
-            deallocate (x)
+         associate (region => problem%external%pressures(i))
+            volume = volume + volume_behind(problem%structure, region%elements, region%curved, region%origin, state)
          end associate
       end do
    end function pressurised_volume

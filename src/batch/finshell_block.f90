@@ -1,17 +1,60 @@
-!> A block of `lanes` elements side by side: its input and its results checked.
+!> A block of `lanes` elements side by side: gathered, its input and its results checked, its matrices written one by one.
 module finshell_block
-   use finshell_element, only: block_t, rotation_increment, rotation_quaternion
+   use finshell_element, only: block_t, rotation_vector, rotation_increment, rotation_quaternion
    use finshell_kinds, only: wp, i4, lanes
    use finshell_status, only: status_invalid_argument, status_large_rotation, status_material_limit, status_not_a_number, &
       status_ok
    implicit none
    private
-   public :: check_input, check_results, vanishing
+   public :: bad_shape, gather, separate, check_input, check_results, vanishing
 
    !> Quaternions and directions between the inverse of this and this are taken as they are; rotation vectors up to this.
    real(wp), parameter :: usual_length = 1.0e60_wp
 
 contains
+
+   !> Rotations must be (4, 3, >= n) quaternions or (3, 3, >= n) vectors; increments need a state.
+   pure logical function bad_shape(rotation, convention, n, has_state)
+      real(wp), intent(in) :: rotation(:, :, :)
+      integer, intent(in) :: convention, n
+      logical, intent(in) :: has_state
+      bad_shape = size(rotation, 1) /= merge(4, 3, convention == rotation_quaternion) .or. size(rotation, 2) /= 3 &
+                  .or. size(rotation, 3) < n .or. convention < rotation_vector .or. convention > rotation_increment &
+                  .or. (convention == rotation_increment .and. .not. has_state)
+   end function bad_shape
+
+   !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
+   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state, straight, toward, normal)
+      integer, intent(in) :: first, n, convention
+      real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
+      type(block_t), intent(out) :: block
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), toward(18, n)
+      logical, intent(in), optional :: straight(3, n)
+      real(wp), intent(in), optional :: normal(3, 3, n)
+      integer :: c, e, j, l
+      block%convention = convention
+      block%has_toward = present(toward)
+      block%has_normals = present(normal)
+      block%bulge = 1
+      do l = 1, lanes
+         e = first + merge(l, 1, first + l <= n)
+         do j = 1, 3
+            do c = 1, 3
+               block%x(l, c, j) = x(c, j, e)
+               block%u(l, c, j) = u(c, j, e)
+               block%rotation(l, c, j) = rotation(c, j, e)
+            end do
+            block%rotation(l, 4, j) = 0
+            if (convention == rotation_quaternion) block%rotation(l, 4, j) = rotation(4, j, e)
+         end do
+         block%direction(l, :) = [1.0_wp, 0.0_wp, 0.0_wp]
+         if (present(direction)) block%direction(l, :) = direction(:, e)
+         if (convention == rotation_increment) block%state(l, :, :) = state(:, :, e)
+         if (present(straight)) block%bulge(l, :) = merge(0.0_wp, 1.0_wp, straight(:, e))
+         if (present(toward)) block%toward(l, :) = toward(:, e)
+         if (present(normal)) block%normal(l, :, :) = normal(:, :, e)
+      end do
+   end subroutine gather
 
    !> NaN and infinity in the input; quaternions and directions of an absurd length are brought back to a usual one.
    pure subroutine check_input(block, has_direction, status, changed)
@@ -139,4 +182,40 @@ contains
          total = total + 0*values(i + 1:i + lanes)
       end do
    end function vanishing
+   !> Tangents of a block, upper triangles side by side, as full matrices one after the other.
+   pure subroutine separate(used, block, elements)
+      integer, intent(in) :: used
+      real(wp), intent(inout) :: block(lanes, 18, 18) !< the lower triangles are filled
+      real(wp), intent(inout) :: elements(18, 18, used)
+      integer :: i, j, l
+      do j = 1, 18
+         do i = 1, j - 1
+            block(:, j, i) = block(:, i, j)
+         end do
+      end do
+      if (used == lanes) then
+         call transpose_block(block, elements)
+      else
+         do l = 1, used
+            elements(:, :, l) = block(l, :, :)
+         end do
+      end if
+   end subroutine separate
+
+   !> All matrices of a full block. Written out lane by lane, the compiler makes shuffles of it instead of single loads and stores.
+   pure subroutine transpose_block(block, elements)
+      real(wp), intent(in) :: block(lanes, 324)
+      real(wp), intent(inout) :: elements(324, lanes)
+      integer :: i
+      do i = 1, 324
+         elements(i, 1) = block(1, i)
+         elements(i, 2) = block(2, i)
+         elements(i, 3) = block(3, i)
+         elements(i, 4) = block(4, i)
+         elements(i, 5) = block(5, i)
+         elements(i, 6) = block(6, i)
+         elements(i, 7) = block(7, i)
+         elements(i, 8) = block(8, i)
+      end do
+   end subroutine transpose_block
 end module finshell_block

@@ -14,12 +14,16 @@ module finshell_curved
    use finshell_voigt, only: row, column, pack
    implicit none
    private
-   public :: curved_t, new_curved, turn_nodes, refer_to, refer_change_to, from_curved
+   public :: curved_t, turned_t, new_turned, new_curved, turn_nodes, refer_to, refer_change_to, from_curved
 
-   type :: curved_t
+   !> The normals of the nodes against that of the facet.
+   type :: turned_t
       logical :: any !< a normal of the block differs from that of its facet; else the rest is not set
       real(wp) :: turn(lanes, 4, 3) !< E0_i, quaternion, global components
       real(wp) :: slope(lanes, 6) !< G0_i
+   end type turned_t
+
+   type, extends(turned_t) :: curved_t
       real(wp) :: v(lanes, 3) !< V0: 11, 22, 12
       real(wp) :: curvature(lanes, 3, 3) !< K0, Voigt, at the points
       real(wp) :: strain(lanes, 3, 3) !< E <- A E A for Voigt strains
@@ -31,8 +35,7 @@ module finshell_curved
 
 contains
 
-   !> Constants of a block of elements. A normal may have any length; one that is zero, or 90 degrees or more from that of the
-   !> facet, is status_invalid_argument.
+   !> Constants of a block of elements; see `new_turned` for the normals.
    pure subroutine new_curved(section, ref, normal, curved, status)
       type(section_t), intent(in) :: section
       type(reference_t), intent(in) :: ref
@@ -40,35 +43,10 @@ contains
       type(curved_t), intent(inout) :: curved
       integer(i4), intent(inout) :: status(lanes)
       type(bending_t) :: bend
-      real(wp), dimension(lanes) :: sine, cosine, half, factor, one
-      real(wp) :: axis(lanes, 3, 3), flat(lanes, 3)
-      logical :: kept(lanes)
-      integer :: c, k
+      real(wp) :: flat(lanes, 3), one(lanes)
 
-      curved%any = .false.
-      do k = 1, 3
-         axis(:, 1, k) = ref%frame(:, 2, 3)*normal(:, 3, k) - ref%frame(:, 3, 3)*normal(:, 2, k)
-         axis(:, 2, k) = ref%frame(:, 3, 3)*normal(:, 1, k) - ref%frame(:, 1, 3)*normal(:, 3, k)
-         axis(:, 3, k) = ref%frame(:, 1, 3)*normal(:, 2, k) - ref%frame(:, 2, 3)*normal(:, 1, k)
-         cosine = ref%frame(:, 1, 3)*normal(:, 1, k) + ref%frame(:, 2, 3)*normal(:, 2, k) + ref%frame(:, 3, 3)*normal(:, 3, k)
-         sine = sqrt(axis(:, 1, k)**2 + axis(:, 2, k)**2 + axis(:, 3, k)**2)
-         where (status == 0 .and. .not. cosine > 0) status = status_invalid_argument
-         kept = sine > same_direction*cosine .and. cosine > 0
-         curved%any = curved%any .or. any(kept)
-         half = 0.5_wp*atan2(sine, max(cosine, tiny(1.0_wp)))
-         factor = merge(sin(half)/max(sine, tiny(1.0_wp)), 0.0_wp, kept)
-         curved%turn(:, 1, k) = merge(cos(half), 1.0_wp, kept)
-         do c = 1, 3
-            curved%turn(:, 1 + c, k) = factor*axis(:, c, k)
-         end do
-         factor = merge(2*half/max(sine, tiny(1.0_wp)), 0.0_wp, kept)
-         curved%slope(:, 2*k - 1) = -factor*(axis(:, 1, k)*ref%frame(:, 1, 2) + axis(:, 2, k)*ref%frame(:, 2, 2) &
-                                             + axis(:, 3, k)*ref%frame(:, 3, 2))
-         curved%slope(:, 2*k) = factor*(axis(:, 1, k)*ref%frame(:, 1, 1) + axis(:, 2, k)*ref%frame(:, 2, 1) &
-                                        + axis(:, 3, k)*ref%frame(:, 3, 1))
-      end do
+      call new_turned(ref, normal, curved%turned_t, status)
       if (.not. curved%any) return
-
       flat(:, 1:2) = 1
       flat(:, 3) = 0
       one = 1
@@ -77,6 +55,41 @@ contains
       curved%curvature = bend%curvature
       call metric_change(curved)
    end subroutine new_curved
+
+   !> A normal may have any length; one that is zero, or 90 degrees or more from that of the facet, is status_invalid_argument.
+   pure subroutine new_turned(ref, normal, turned, status)
+      type(reference_t), intent(in) :: ref
+      real(wp), intent(in) :: normal(lanes, 3, 3) !< (element, component, node)
+      type(turned_t), intent(inout) :: turned
+      integer(i4), intent(inout) :: status(lanes)
+      real(wp), dimension(lanes) :: sine, cosine, half, factor
+      real(wp) :: axis(lanes, 3, 3)
+      logical :: kept(lanes)
+      integer :: c, k
+
+      turned%any = .false.
+      do k = 1, 3
+         axis(:, 1, k) = ref%frame(:, 2, 3)*normal(:, 3, k) - ref%frame(:, 3, 3)*normal(:, 2, k)
+         axis(:, 2, k) = ref%frame(:, 3, 3)*normal(:, 1, k) - ref%frame(:, 1, 3)*normal(:, 3, k)
+         axis(:, 3, k) = ref%frame(:, 1, 3)*normal(:, 2, k) - ref%frame(:, 2, 3)*normal(:, 1, k)
+         cosine = ref%frame(:, 1, 3)*normal(:, 1, k) + ref%frame(:, 2, 3)*normal(:, 2, k) + ref%frame(:, 3, 3)*normal(:, 3, k)
+         sine = sqrt(axis(:, 1, k)**2 + axis(:, 2, k)**2 + axis(:, 3, k)**2)
+         where (status == 0 .and. .not. cosine > 0) status = status_invalid_argument
+         kept = sine > same_direction*cosine .and. cosine > 0
+         turned%any = turned%any .or. any(kept)
+         half = 0.5_wp*atan2(sine, max(cosine, tiny(1.0_wp)))
+         factor = merge(sin(half)/max(sine, tiny(1.0_wp)), 0.0_wp, kept)
+         turned%turn(:, 1, k) = merge(cos(half), 1.0_wp, kept)
+         do c = 1, 3
+            turned%turn(:, 1 + c, k) = factor*axis(:, c, k)
+         end do
+         factor = merge(2*half/max(sine, tiny(1.0_wp)), 0.0_wp, kept)
+         turned%slope(:, 2*k - 1) = -factor*(axis(:, 1, k)*ref%frame(:, 1, 2) + axis(:, 2, k)*ref%frame(:, 2, 2) &
+                                             + axis(:, 3, k)*ref%frame(:, 3, 2))
+         turned%slope(:, 2*k) = factor*(axis(:, 1, k)*ref%frame(:, 1, 1) + axis(:, 2, k)*ref%frame(:, 2, 1) &
+                                        + axis(:, 3, k)*ref%frame(:, 3, 1))
+      end do
+   end subroutine new_turned
 
    !> A = (I + V0)^(-1/2) by the closed form of the square root, as it acts on Voigt strains; sqrt(det(I + V0)).
    pure subroutine metric_change(curved)
@@ -100,13 +113,13 @@ contains
    end subroutine metric_change
 
    !> Nodal rotations R_i become R_i E0_i.
-   pure subroutine turn_nodes(curved, quaternion)
-      type(curved_t), intent(in) :: curved
+   pure subroutine turn_nodes(turned, quaternion)
+      class(turned_t), intent(in) :: turned
       real(wp), intent(inout) :: quaternion(lanes, 4, 3)
       integer :: k, l
       do k = 1, 3
          do l = 1, lanes
-            quaternion(l, :, k) = quaternion_product(quaternion(l, :, k), curved%turn(l, :, k))
+            quaternion(l, :, k) = quaternion_product(quaternion(l, :, k), turned%turn(l, :, k))
          end do
       end do
    end subroutine turn_nodes

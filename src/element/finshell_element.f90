@@ -4,7 +4,8 @@
 !> lists belong to finshell_batch.
 module finshell_element
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_curved, only: curved_t, new_curved, turn_nodes
+   use finshell_cap, only: cap_volume
+   use finshell_curved, only: curved_t, turned_t, new_curved, new_turned, turn_nodes
    use finshell_core, only: core_t, stress_t, heading_t, evaluate_core, n_core
    use finshell_filter, only: filter_t, new_filter
    use finshell_heading, only: new_heading, set_direction
@@ -17,7 +18,7 @@ module finshell_element
    use finshell_voigt, only: rotate_stress
    implicit none
    private
-   public :: block_t, evaluate_block, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, &
+   public :: block_t, evaluate_block, predict_block, recover_block, cap_block, stress_t, rotation_vector, rotation_quaternion, &
       rotation_increment
 
    !> How nodal rotations are given, and what force and tangent refer to.
@@ -59,8 +60,7 @@ contains
       type(core_t) :: core
       type(heading_t) :: heading
       type(vector_rotation_t) :: vectors
-      real(wp) :: quaternion(lanes, 4, 3), node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3), axes(lanes, 2)
-      integer :: i
+      real(wp) :: quaternion(lanes, 4, 3), axes(lanes, 2)
 
       call deform(section, level, block, ref, curved, filter, vectors, quaternion, heading, status)
       axes(:, 1) = 1
@@ -68,8 +68,50 @@ contains
       if (.not. section%isotropic) call material_direction(ref, block%direction, axes, status)
       call evaluate_core(section, level, ref, curved, filter, axes, heading, core, status, stress)
       energy = core%energy
-      if (level < level_force) return
+      if (level >= level_force) call lift_block(level, block, ref, filter, vectors, core, force, tangent)
+   end subroutine evaluate_block
 
+   !> Volume between facet and curved surface of a block of elements (finshell_cap), gradient and Hessian; zero where normals are
+   !> those of the facet.
+   pure subroutine cap_block(level, block, volume, force, tangent, status)
+      integer, intent(in) :: level !< level_energy: the volume, level_force or level_tangent
+      type(block_t), intent(in) :: block
+      real(wp), intent(inout) :: volume(lanes), force(lanes, 18)
+      real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle
+      integer(i4), intent(out) :: status(lanes)
+      type(reference_t) :: ref
+      type(turned_t) :: turned
+      type(filter_t) :: filter
+      type(core_t) :: core
+      type(vector_rotation_t) :: vectors
+      real(wp) :: quaternion(lanes, 4, 3)
+
+      status = 0
+      call new_reference(block%x, ref, status)
+      call new_turned(ref, block%normal, turned, status)
+      volume = 0
+      if (level >= level_force) force = 0
+      if (level >= level_tangent) tangent = 0
+      if (.not. turned%any) return
+      call nodal_rotations(level, block, vectors, quaternion)
+      call turn_nodes(turned, quaternion)
+      call new_filter(ref, block%u, quaternion, filter, status)
+      call cap_volume(level, ref, turned, filter, core)
+      volume = core%energy
+      if (level >= level_force) call lift_block(level, block, ref, filter, vectors, core, force, tangent)
+   end subroutine cap_block
+
+   !> Force and tangent of nodes from those of the core.
+   pure subroutine lift_block(level, block, ref, filter, vectors, core, force, tangent)
+      integer, intent(in) :: level
+      type(block_t), intent(in) :: block
+      type(reference_t), intent(in) :: ref
+      type(filter_t), intent(in) :: filter
+      type(vector_rotation_t), intent(in) :: vectors
+      type(core_t), intent(in) :: core
+      real(wp), intent(inout) :: force(lanes, 18), tangent(lanes, 18, 18)
+      real(wp) :: node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3)
+      integer :: i
       do i = 1, 3
          if (block%convention == rotation_quaternion) then
             node_frame(:, :, :, i) = filter%rotation
@@ -79,7 +121,7 @@ contains
       end do
       call lift(level, ref, filter, core, node_frame, force, moment, tangent)
       if (level == level_tangent .and. block%convention /= rotation_quaternion) call add_vector_curvature(vectors, moment, tangent)
-   end subroutine evaluate_block
+   end subroutine lift_block
 
    !> Resultants at the points of a block of elements, linearised at this state for nodal displacements and spins.
    pure subroutine predict_block(section, block, increment, stress, status)
@@ -182,13 +224,7 @@ contains
       curved%any = .false.
       if (block%has_normals .and. section%formulation == formulation_s) &
          call new_curved(section, ref, block%normal, curved, status)
-      if (block%convention == rotation_quaternion) then
-         quaternion = block%rotation
-      else
-         call new_vector_rotation(level, block%rotation, vectors)
-         if (block%convention == rotation_increment) call turn_state(vectors, block%state)
-         quaternion = vectors%quaternion
-      end if
+      call nodal_rotations(level, block, vectors, quaternion)
       heading%floor = 0
       heading%directed = .false.
       switched = section%switched .and. level >= level_tangent
@@ -197,6 +233,21 @@ contains
       call new_filter(ref, block%u, quaternion, filter, status)
       if (switched .and. block%has_toward) call set_direction(section, ref, filter, block%toward, heading)
    end subroutine deform
+
+   !> Nodal rotations as quaternions.
+   pure subroutine nodal_rotations(level, block, vectors, quaternion)
+      integer, intent(in) :: level
+      type(block_t), intent(in) :: block
+      type(vector_rotation_t), intent(inout) :: vectors !< set unless the rotations are quaternions
+      real(wp), intent(out) :: quaternion(lanes, 4, 3)
+      if (block%convention == rotation_quaternion) then
+         quaternion = block%rotation
+      else
+         call new_vector_rotation(level, block%rotation, vectors)
+         if (block%convention == rotation_increment) call turn_state(vectors, block%state)
+         quaternion = vectors%quaternion
+      end if
+   end subroutine nodal_rotations
 
    !> Cosine and sine of the material direction projected on the element.
    !>

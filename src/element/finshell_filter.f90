@@ -8,9 +8,10 @@ module finshell_filter
    use finshell_reference, only: reference_t
    use finshell_rotation_coefficients, only: log_coefficients, inverse_tangent_coefficients
    use finshell_status, only: status_collapsed_element, status_large_rotation
+   use finshell_voigt, only: row, column
    implicit none
    private
-   public :: filter_t, new_filter, jacobian_gradient
+   public :: filter_t, new_filter, jacobian_gradient, jacobian_hessian
 
    !> Largest filtered rotation (half-angle cosine 0.05: 174 degrees): the logarithm jumps at 180.
    real(wp), parameter :: smallest_half_cosine = 0.05_wp
@@ -139,6 +140,21 @@ contains
       dj(:, 2) = filter%c(:, 1)/filter%jacobian
       dj(:, 3) = -filter%c(:, 3)/filter%jacobian
    end subroutine jacobian_gradient
+
+   !> Second derivatives of J with respect to the midsurface strain: J J,ef = (J^2),ef/2 - J,e J,f with (J^2),12 = 4, (J^2),33 = -2.
+   pure subroutine jacobian_hessian(filter, ddj)
+      type(filter_t), intent(in) :: filter
+      real(wp), intent(out) :: ddj(lanes, 6)
+      real(wp) :: dj(lanes, 3), inverse(lanes)
+      integer :: p
+      inverse = 1/filter%jacobian
+      call jacobian_gradient(filter, dj)
+      do p = 1, 6
+         ddj(:, p) = -inverse*dj(:, row(p))*dj(:, column(p))
+      end do
+      ddj(:, 4) = ddj(:, 4) + 2*inverse
+      ddj(:, 3) = ddj(:, 3) - inverse
+   end subroutine jacobian_hessian
 
    !> Quaternion, of any length, of the rotation with the columns r1, r2, r3.
    !>

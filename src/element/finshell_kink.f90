@@ -8,7 +8,7 @@
 module finshell_kink
    use finshell_kinds, only: wp, lanes
    use finshell_bending, only: bending_t
-   use finshell_filter, only: filter_t, jacobian_gradient
+   use finshell_filter, only: filter_t, jacobian_gradient, jacobian_hessian
    use finshell_material, only: level_force, level_tangent
    use finshell_reference, only: reference_t, alpha_b
    use finshell_voigt, only: row, column
@@ -74,13 +74,12 @@ contains
       type(kink_t), intent(inout) :: kink
       real(wp) :: u(lanes, 3), n(lanes, 3, 3), dj(lanes, 3), ddj(lanes, 6), dt(lanes, 3), ddt(lanes, 6)
       real(wp) :: du(lanes, 3, 3), ddu(lanes, 3)
-      real(wp), dimension(lanes) :: it, ij
+      real(wp) :: it(lanes)
       integer :: i, j, p, v
 
       call apply(filter%u, kink%g)
       if (level < level_force) return
       it = 1/filter%trace_u
-      ij = 1/filter%jacobian
       u = filter%u
       call jacobian_gradient(filter, dj)
       ! t dt = (tr dC + 2 dJ)/2; n: derivative of C + J I
@@ -100,12 +99,10 @@ contains
          call apply(du(:, :, i), kink%dg(:, :, :, i))
       end do
       if (level < level_tangent) return
+      call jacobian_hessian(filter, ddj)
       do p = 1, 6
          i = row(p)
          j = column(p)
-         ddj(:, p) = -ij*dj(:, i)*dj(:, j)
-         if (p == 4) ddj(:, p) = ddj(:, p) + 2*ij
-         if (p == 3) ddj(:, p) = ddj(:, p) - ij
          ddt(:, p) = it*(ddj(:, p) - dt(:, i)*dt(:, j))
          do v = 1, 3
             ddu(:, v) = -it*(du(:, v, i)*dt(:, j) + du(:, v, j)*dt(:, i) + u(:, v)*ddt(:, p))
@@ -210,7 +207,7 @@ contains
       real(wp), intent(in) :: conjugate(lanes, 3)
       real(wp), intent(inout) :: h(lanes, 9, 9) !< upper triangle
       real(wp) :: c(lanes, 3), m(lanes, 3, 3), dm(lanes, 3, 3, 3), ddm(lanes, 3, 3, 6), d(lanes, 2), t(lanes, 2)
-      real(wp) :: s(lanes), ds(lanes, 9), dj(lanes, 3), ij(lanes), twice(lanes)
+      real(wp) :: s(lanes), ds(lanes, 9), dj(lanes, 3), ddj(lanes, 6), ij(lanes)
       integer :: e, f, i, p
 
       c(:, 1) = conjugate(:, 3)
@@ -243,14 +240,11 @@ contains
             end do
          end associate
       end do
-      ! of 1/J: J J,ef = (J^2),ef/2 - J,e J,f with (J^2),12 = 4 and (J^2),33 = -2
+      call jacobian_hessian(filter, ddj)
       do p = 1, 6
          e = row(p)
          f = column(p)
-         twice = 3*dj(:, e)*dj(:, f)*ij
-         if (p == 4) twice = twice - 2*ij
-         if (p == 3) twice = twice + ij
-         h(:, e, f) = h(:, e, f) - (ds(:, e)*dj(:, f) + ds(:, f)*dj(:, e))*ij + s*twice*ij
+         h(:, e, f) = h(:, e, f) - (ds(:, e)*dj(:, f) + ds(:, f)*dj(:, e))*ij + s*(2*dj(:, e)*dj(:, f)*ij - ddj(:, p))*ij
       end do
    end subroutine add_kink_hessian
 end module finshell_kink

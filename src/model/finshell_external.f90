@@ -10,7 +10,7 @@ module finshell_external
    use finshell_mesh, only: mesh_t, find_node_set, find_element_set, find_edge_set, &
       node_set_names, element_set_names, edge_set_names
    use finshell_mesh_sorting, only: sorted_order, position_in_sorted
-   use finshell_structure, only: structure_t
+   use finshell_structure, only: structure_t, curved_elements
    use finshell_equations, only: equations_t
    use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure, &
       pressure_automatic, pressure_symmetric, pressure_unsymmetric
@@ -21,6 +21,7 @@ module finshell_external
 
    type :: pressure_t
       integer, allocatable :: elements(:)
+      integer, allocatable :: curved(:) !< those of them with a curved reference: the pressure acts on their caps, too
       real(wp) :: pressure = 0 !< for a factor of 1
       integer :: scaling = 1 !< 1: with the load factor, 2: with the constant factor
       logical :: symmetric = .false. !< the load stiffness is symmetric when assembled
@@ -44,6 +45,7 @@ module finshell_external
       !> Nodes with dead moments that are free to turn about two axes or more, and an element and its corner at each: such a
       !> moment is not conservative and has an unsymmetric stiffness.
       integer, allocatable :: turning_nodes(:), turning_elements(:), turning_corners(:)
+      logical :: bulges = .false. !< loads act on bulges of sides, or on caps
       logical :: symmetric = .true. !< all load stiffnesses are symmetric
       logical :: has_constants = .false.
    end type external_t
@@ -87,13 +89,17 @@ contains
                at = find_element_set(mesh, load%set)
                if (at == 0) call unknown('element', load%set, element_set_names(mesh), error)
                pressures = pressures + 1
-               if (at > 0) &
-                  call add_pressure(self, self%pressures(pressures), load, mesh, mesh%element_sets(at)%members, equations, error)
+               if (at > 0) call add_pressure(self, self%pressures(pressures), load, structure, mesh%element_sets(at)%members, &
+                                             equations, error)
             case default
                call raise(error, status_invalid_argument, 'load: unknown kind '//text_of(load%kind))
             end select
          end associate
          if (allocated(error)) return
+      end do
+      self%bulges = size(self%sides) > 0
+      do i = 1, size(self%pressures)
+         self%bulges = self%bulges .or. size(self%pressures(i)%curved) > 0
       end do
       call find_turning(self, structure%mesh, equations)
       if (size(self%turning_nodes) > 0) self%symmetric = .false.
@@ -261,20 +267,21 @@ contains
       end do
    end subroutine add_area
 
-   subroutine add_pressure(self, pressure, load, mesh, elements, equations, error)
+   subroutine add_pressure(self, pressure, load, structure, elements, equations, error)
       type(external_t), intent(inout) :: self
       type(pressure_t), intent(inout) :: pressure
       type(load_t), intent(in) :: load
-      type(mesh_t), intent(in) :: mesh
+      type(structure_t), intent(in) :: structure
       integer, intent(in) :: elements(:)
       type(equations_t), intent(in) :: equations
       type(error_t), allocatable, intent(inout) :: error
       logical :: valid
       real(wp) :: origin(3)
       pressure%elements = elements
+      pressure%curved = curved_elements(structure, elements)
       pressure%pressure = load%pressure
       pressure%scaling = column_of(load)
-      call symmetric_origin(mesh, equations, elements, valid, origin)
+      call symmetric_origin(structure%mesh, equations, elements, valid, origin)
       if (valid) pressure%origin = origin
       select case (load%stiffness)
       case (pressure_symmetric)

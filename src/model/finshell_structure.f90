@@ -2,12 +2,12 @@
 module finshell_structure
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t
-   use finshell_section, only: section_t
+   use finshell_section, only: section_t, formulation_s
    use finshell_support, only: support_t
    use finshell_load, only: load_t
    implicit none
    private
-   public :: structure_t
+   public :: structure_t, curved_elements
 
    type :: structure_t
       type(mesh_t) :: mesh
@@ -21,4 +21,18 @@ module finshell_structure
       type(support_t), allocatable :: supports(:)
       type(load_t), allocatable :: loads(:)
    end type structure_t
+
+contains
+
+   !> Those of some elements that have a curved reference: none in a structure of facets, nor with the published element.
+   pure function curved_elements(structure, elements) result(list)
+      type(structure_t), intent(in) :: structure
+      integer, intent(in) :: elements(:)
+      integer, allocatable :: list(:)
+      logical :: curved(size(elements))
+      curved = .false.
+      if (allocated(structure%normal)) &
+         curved = structure%sections(structure%element_section(elements))%formulation == formulation_s
+      list = pack(elements, curved)
+   end function curved_elements
 end module finshell_structure

@@ -43,7 +43,7 @@ module finshell_equilibrium
       real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
       type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
-      real(wp), allocatable :: bulge_force(:, :) !< (6, nodes) part of external_force that loaded sides owe to their bulge
+      real(wp), allocatable :: bulge_force(:, :) !< (6, nodes) part of external_force that acts on bulges
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
@@ -195,9 +195,9 @@ contains
       self%entry%unit_force = unit_force
       bulges = 0*unit_force
       if (tangent) then
-         call add_bulges(self%external, self%structure%mesh, self%state, self%assembly, bulges, self%values)
+         call add_bulges(self%external, self%structure, self%state, self%assembly, bulges, self%values)
       else
-         call add_bulges(self%external, self%structure%mesh, self%state, self%assembly, bulges)
+         call add_bulges(self%external, self%structure, self%state, self%assembly, bulges)
       end if
       unit_force = unit_force + bulges
       self%entry%bulges = bulges
@@ -208,14 +208,14 @@ contains
          ! Moving the held components by the factor puts the structure out of balance too.
          call add_motion(self%structure, self%equations, self%moved_elements, self%state, active, self%internal_force, &
             out_of_balance, toward)
-         if (size(self%external%sides) > 0 .and. size(self%equations%moved) > 0) &
-            call change_of_bulges(self%external, self%structure%mesh, self%state, &
+         if (self%external%bulges .and. size(self%equations%moved) > 0) &
+            call change_of_bulges(self%external, self%structure, self%state, &
                                   motion_of_held(self%equations, self%state, active), out_of_balance)
          self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
-            self%structure%mesh, self%equations, self%state, self%watched, self%watched_rate)
+            self%structure, self%equations, self%state, self%watched, self%watched_rate)
       end if
       out_of_balance = self%external_force - self%internal_force
       self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
@@ -364,10 +364,10 @@ contains
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       allocate (self%watched_volume)
-      call new_volume(self%watched_volume, self%structure%mesh, self%equations, self%external, error, element_set)
+      call new_volume(self%watched_volume, self%structure, self%equations, self%external, error, element_set)
       if (allocated(error)) return
       allocate (self%watched(self%n), source=0.0_wp)
-      call self%watched_volume%gradient(self%structure%mesh, self%equations, self%state, self%watched, self%watched_rate)
+      call self%watched_volume%gradient(self%structure, self%equations, self%state, self%watched, self%watched_rate)
    end subroutine watch_volume
 
    function monitored(self, state) result(value)
@@ -376,7 +376,7 @@ contains
       real(wp) :: value
       integer :: i
       if (allocated(self%watched_volume)) then
-         value = self%watched_volume%value(self%structure%mesh, state)
+         value = self%watched_volume%value(self%structure, state)
          return
       end if
       value = 0

@@ -15,7 +15,7 @@ module finshell_ledger
    !> What is known of a state.
    type :: entry_t
       real(wp), allocatable :: unit_force(:, :, :) !< (6, nodes, 2) external force per load factor and constant factor
-      real(wp), allocatable :: bulges(:, :, :) !< (6, nodes, 2) what loaded sides add to it by their bulge
+      real(wp), allocatable :: bulges(:, :, :) !< (6, nodes, 2) what loads on bulges add to it
       real(wp) :: energy = 0 !< stored
       real(wp) :: reaction = 0 !< of the moved supports, times their motion per factor
    end type entry_t
@@ -66,7 +66,7 @@ contains
             mean = mean/5
          end if
       end if
-      if (size(loads%sides) > 0) then
+      if (loads%bulges) then
          mean = mean + 0.5_wp*to%bulges
          if (allocated(from%bulges)) mean = mean + 0.5_wp*from%bulges
       end if

@@ -1,11 +1,14 @@
-!> What loads and moved supports add to the equations beside dead forces: pressures and the bulges of loaded sides with their
-!> stiffness, the stiffness of dead moments, and the forces due to the motion of held nodes.
+!> What loads and moved supports add to the equations beside dead forces: pressures and loads on bulges with their stiffness, the
+!> stiffness of dead moments, and the forces due to the motion of held nodes.
+!>
+!> Bulges depend on the rotations of the nodes: those of loaded sides in the surface, and the caps of elements under pressure.
 module finshell_load_terms
    use finshell_kinds, only: wp, i4, lanes
    use finshell_rotation, only: cross_product, spin
    use finshell_batch, only: evaluate_elements, rotation_quaternion
    use finshell_line_load, only: bulge_load
    use finshell_pressure, only: follower_pressure
+   use finshell_cap_terms, only: caps_at
    use finshell_quaternion, only: quaternion_to_matrix
    use finshell_mesh, only: mesh_t
    use finshell_structure, only: structure_t
@@ -91,11 +94,11 @@ contains
       end do
    end subroutine add_pressure_rate
 
-   !> Loads on bulging sides: forces and moments for a factor of 1 to unit_force; with values, the stiffness at the present factor
-   !> to the matrix.
-   subroutine add_bulges(loads, mesh, state, assembly, unit_force, values)
+   !> Loads on bulges: forces and moments for a factor of 1 to unit_force; with values, the stiffness at the present factor to the
+   !> matrix.
+   subroutine add_bulges(loads, structure, state, assembly, unit_force, values)
       type(external_t), intent(in) :: loads
-      type(mesh_t), intent(in) :: mesh
+      type(structure_t), intent(in) :: structure
       type(state_t), intent(in) :: state
       type(assembly_t), intent(in) :: assembly
       real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, 2)
@@ -110,43 +113,88 @@ contains
          if (present(values)) then
             allocate (stiffness(18, 18, size(mine)))
             do i = 1, size(mine)
-               call side_force(loads%sides(mine(i)), mesh, state, force(:, i), stiffness(:, :, i))
+               call side_force(loads%sides(mine(i)), structure%mesh, state, force(:, i), stiffness(:, :, i))
             end do
             stiffness = merge(state%load_factor, state%constant_factor, scaling == 1)*stiffness
             call add_element_contributions(assembly, loads%sides(mine)%element, force, unit_force(:, :, scaling), stiffness, values)
             deallocate (stiffness)
          else
             do i = 1, size(mine)
-               call side_force(loads%sides(mine(i)), mesh, state, force(:, i))
+               call side_force(loads%sides(mine(i)), structure%mesh, state, force(:, i))
             end do
             call add_element_contributions(assembly, loads%sides(mine)%element, force, unit_force(:, :, scaling))
          end if
          deallocate (force)
       end do
+      do i = 1, size(loads%pressures)
+         associate (region => loads%pressures(i))
+            if (size(region%curved) == 0) cycle
+            allocate (force(18, size(region%curved)))
+            if (present(values)) then
+               allocate (stiffness(18, 18, size(region%curved)))
+               call caps_at(structure, region%curved, state, force=force, stiffness=stiffness)
+               force = region%pressure*force
+               stiffness = (merge(state%load_factor, state%constant_factor, region%scaling == 1)*region%pressure)*stiffness
+               call add_element_contributions(assembly, region%curved, force, unit_force(:, :, region%scaling), stiffness, values)
+               deallocate (stiffness)
+            else
+               call caps_at(structure, region%curved, state, force=force)
+               force = region%pressure*force
+               call add_element_contributions(assembly, region%curved, force, unit_force(:, :, region%scaling))
+            end if
+            deallocate (force)
+         end associate
+      end do
    end subroutine add_bulges
 
-   !> Change of the forces of loaded sides with a motion of the nodes, at the present factors.
-   subroutine change_of_bulges(loads, mesh, state, motion, change)
+   !> Change of the forces on bulges with a motion of the nodes, at the present factors.
+   subroutine change_of_bulges(loads, structure, state, motion, change)
       type(external_t), intent(in) :: loads
-      type(mesh_t), intent(in) :: mesh
+      type(structure_t), intent(in) :: structure
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
       real(wp), intent(inout) :: change(:, :) !< (6, nodes) is added to
-      real(wp) :: force(18), stiffness(18, 18), moment(6, 3)
-      integer :: i, k
+      real(wp), allocatable :: forces(:, :), stiffnesses(:, :, :)
+      real(wp) :: force(18), stiffness(18, 18)
+      integer :: i, j
       do i = 1, size(loads%sides)
-         associate (side => loads%sides(i), nodes => mesh%triangles(:, loads%sides(i)%element))
-            call side_force(side, mesh, state, force, stiffness)
-            moment = reshape(force, [6, 3])
-            force = matmul(stiffness, reshape(motion(:, nodes), [18]))
-            do k = 1, 3
-               associate (f => force(6*k - 5:6*k))
-                  f(4:6) = f(4:6) - 0.5_wp*cross_product(moment(4:6, k), motion(4:6, nodes(k)))
-                  change(:, nodes(k)) = change(:, nodes(k)) + merge(state%load_factor, state%constant_factor, side%scaling == 1)*f
-               end associate
+         call side_force(loads%sides(i), structure%mesh, state, force, stiffness)
+         call add_change(loads%sides(i)%element, factor(loads%sides(i)%scaling), force, stiffness)
+      end do
+      do i = 1, size(loads%pressures)
+         associate (region => loads%pressures(i))
+            if (size(region%curved) == 0) cycle
+            allocate (forces(18, size(region%curved)), stiffnesses(18, 18, size(region%curved)))
+            call caps_at(structure, region%curved, state, force=forces, stiffness=stiffnesses)
+            do j = 1, size(region%curved)
+               call add_change(region%curved(j), factor(region%scaling)*region%pressure, forces(:, j), stiffnesses(:, :, j))
             end do
+            deallocate (forces, stiffnesses)
          end associate
       end do
+
+   contains
+
+      pure real(wp) function factor(scaling)
+         integer, intent(in) :: scaling
+         factor = merge(state%load_factor, state%constant_factor, scaling == 1)
+      end function factor
+
+      !> Of one element. The symmetric stiffness leaves out that moments turn with the nodes.
+      subroutine add_change(element, factor, force, stiffness)
+         integer, intent(in) :: element
+         real(wp), intent(in) :: factor, force(18), stiffness(18, 18)
+         real(wp) :: f(6, 3), moment(6, 3)
+         integer :: k
+         associate (nodes => structure%mesh%triangles(:, element))
+            moment = reshape(force, [6, 3])
+            f = reshape(matmul(stiffness, reshape(motion(:, nodes), [18])), [6, 3])
+            do k = 1, 3
+               f(4:6, k) = f(4:6, k) - 0.5_wp*cross_product(moment(4:6, k), motion(4:6, nodes(k)))
+               change(:, nodes(k)) = change(:, nodes(k)) + factor*f(:, k)
+            end do
+         end associate
+      end subroutine add_change
    end subroutine change_of_bulges
 
    !> One side: forces at the nodes of its element in turn, for a factor of 1.
