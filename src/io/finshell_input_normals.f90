@@ -28,7 +28,7 @@ contains
       type(group_t), intent(inout) :: group
       type(normals_choice_t), intent(out) :: choice
       type(error_t), allocatable, intent(inout) :: error
-      call get(group, 'normals', choice%kind, error, default='facet', choices=kinds)
+      call get(group, 'normals', choice%kind, error, default='auto', choices=kinds)
       call get(group, 'normal_file', choice%file, error, default='')
       call get(group, 'crease_angle', choice%crease_angle, error, default=choice%crease_angle, above=0.0_wp, maximum=180.0_wp)
       call get_strings(group, 'crease', choice%crease_sets, error)

@@ -89,6 +89,8 @@ contains
       plain = balance%work - balance%energy
       corrected = plain + hermite_correction(from, to, length, change, balance%duality)
       strict = prescribed .and. seasoned
+      ! a cubic that goes farther than the larger of both forces does over the whole way excuses nothing
+      if (strict .and. abs(corrected - plain) > balance%throughput) corrected = plain
       scale = max(abs(balance%work), abs(balance%energy), rigid*max(from%held, to%held)*change**2)
       if (.not. strict) scale = max(scale, 0.5_wp*balance%throughput)
       verdict%known = length > 0 .and. scale > 0 .and. ieee_is_finite(corrected) .and. ieee_is_finite(scale)

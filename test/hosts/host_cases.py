@@ -20,7 +20,7 @@ CANTILEVER = """
 """ + STEP
 
 HEMISPHERE = """
-&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 8, 8 /
+&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 8, 8 normals = 'facet' /
 &material name = 'elastic' law = 'st_venant_kirchhoff' e = 6.825e7 nu = 0.3 /
 &section material = 'elastic' thickness = 0.04 /
 &support node_set = 'edge_a0' type = 'symmetry_y' /

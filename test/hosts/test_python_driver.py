@@ -26,7 +26,7 @@ CANTILEVER = """&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 16
 &load type = 'force' node_set = 'edge_x1' vector = 0.0, 0.0, 2.0 /
 &step load_factor = 1.0 tolerance = 'tight' mixed = .true. /
 """
-HEMISPHERE = """&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 8, 8 /
+HEMISPHERE = """&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 8, 8 normals = 'facet' /
 &material name = 'm' law = 'st_venant_kirchhoff' e = 6.825e7 nu = 0.3 /
 &section material = 'm' thickness = 0.04 /
 &support node_set = 'edge_a0' type = 'symmetry_y' /
