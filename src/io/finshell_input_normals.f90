@@ -4,7 +4,7 @@ module finshell_input_normals
    use finshell_error, only: error_t, text_of
    use finshell_structure, only: structure_t
    use finshell_mesh, only: mesh_t, find_node_set, find_edge_set, edge_set_names
-   use finshell_normals, only: exact_normals, fitted_normals, symmetry_planes_t
+   use finshell_normals, only: exact_normals, facet_normal, fitted_normals, symmetry_planes_t
    use finshell_support, only: support_t, support_symmetry, support_components, axes_cylindrical
    use finshell_namelist, only: group_t, get, get_strings, has, complain_about
    use finshell_input_common, only: read_vector_file
@@ -13,6 +13,10 @@ module finshell_input_normals
    public :: normals_choice_t, read_normals, apply_normals
 
    character(len=*), parameter :: kinds = 'auto, exact, fitted, facet'
+   !> Beyond this angle to the facet (its cosine) an element is not shallow: of itself it stays flat.
+   real(wp), parameter :: steepest = 0.5_wp
+   !> Nearer than this a normal is the facet's (finshell_curved).
+   real(wp), parameter :: same = 64*epsilon(1.0_wp)
 
    !> What the keys of &mesh say.
    type :: normals_choice_t
@@ -66,6 +70,7 @@ contains
          call read_vector_file(group, 'normal_file', file, 'node', size(structure%mesh%coordinates, 2), structure%mesh%normal, &
                                error)
          if (.not. allocated(error)) call exact_normals(structure%mesh, structure%normal)
+         if (.not. allocated(error)) call check_normals(group, 'normal_file', structure, error)
          return
       end if
       select case (choice%kind)
@@ -78,9 +83,11 @@ contains
             return
          end if
          call exact_normals(structure%mesh, structure%normal)
+         call check_normals(group, 'normals', structure, error)
       case ('auto')
          if (allocated(structure%mesh%normal) .and. size(crease) == 0) call exact_normals(structure%mesh, structure%normal)
          if (.not. allocated(structure%normal) .and. (has(group, 'file') .or. size(crease) > 0)) call fit()
+         if (allocated(structure%normal)) call keep_shallow(structure)
       case ('fitted')
          call fit()
       end select
@@ -92,6 +99,39 @@ contains
          call fitted_normals(structure%mesh, choice%crease_angle, structure%normal, crease, planes)
       end subroutine fit
    end subroutine apply_normals
+
+   !> Error: a normal that no shallow element can have.
+   subroutine check_normals(group, key, structure, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: key
+      type(structure_t), intent(in) :: structure
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: e, k
+      do e = 1, size(structure%normal, 3)
+         do k = 1, 3
+            if (dot_product(facet_normal(structure%mesh, e), structure%normal(:, k, e)) > 0.01_wp) cycle
+            call complain_about(group, key, 'the normal at node '//text_of(structure%mesh%triangles(k, e)) &
+               //' stands at 90 degrees or more to that of element '//text_of(e)//'; less is expected', error)
+            return
+         end do
+      end do
+   end subroutine check_normals
+
+   !> Elements that are not shallow become facets; no normals at all where every element is flat.
+   pure subroutine keep_shallow(structure)
+      type(structure_t), intent(inout) :: structure
+      real(wp) :: facet(3), cosine(3)
+      logical :: flat
+      integer :: e
+      flat = .true.
+      do e = 1, size(structure%normal, 3)
+         facet = facet_normal(structure%mesh, e)
+         cosine = matmul(facet, structure%normal(:, :, e))
+         if (any(cosine < steepest)) structure%normal(:, :, e) = spread(facet, 2, 3)
+         flat = flat .and. maxval(abs(structure%normal(:, :, e) - spread(facet, 2, 3))) < same
+      end do
+      if (flat) deallocate (structure%normal)
+   end subroutine keep_shallow
 
    !> Planes of symmetry among the supports: a displacement and the rotations about both axes across it are held at zero, the
    !> rotation about it is not.

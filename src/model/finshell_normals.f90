@@ -11,7 +11,7 @@ module finshell_normals
    use finshell_mesh_sorting, only: sorted_order
    implicit none
    private
-   public :: exact_normals, fitted_normals, symmetry_planes_t, add_turns
+   public :: exact_normals, facet_normal, fitted_normals, symmetry_planes_t, add_turns
 
    !> Planes of symmetry of the model, through given nodes.
    type :: symmetry_planes_t

@@ -116,6 +116,17 @@ class Normals(unittest.TestCase):
 """ + REST
         self.assertEqual(self.run_text(panel)[-1]["load_factor"], 1)
 
+    def test_coarse(self):
+        # a half circle of two facets: its normals stand at 90 degrees to them
+        half = """&mesh generator = 'cylinder' radius = 1 length = 1 angles = 0, 180 divisions = 1, 1 KEYS /
+&support node_set = 'edge_a0' type = 'clamped' /
+&load type = 'force' node_set = 'edge_a1' vector = 0, 0, -1e-6 /
+&step /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'edge_a1' /
+""" + REST
+        self.assertEqual(self.run_text(half.replace("KEYS", "")), self.run_text(half.replace("KEYS", "normals = 'facet'")))
+        self.assertIn("in.nml:1: &mesh: normals: the normal at node", self.run_text(half.replace("KEYS", "normals = 'exact'"), 2))
+
     def test_refused(self):
         plate = "&mesh generator = 'rectangle' lengths = 1, 1 divisions = 2, 2 normals = 'exact' /\n&step /\n" + REST
         self.assertIn("'exact' needs a generator", self.run_text(plate, 2))
