@@ -1,7 +1,8 @@
 !> The volume that a surface encloses, as a quantity to monitor and to prescribe: its value and its gradient.
 !>
-!> The volume lies between the surface, with the caps of elements with a curved reference, and an origin: the one enclosed if the boundary of the surface is fixed or stays in
-!> planes through the origin (finshell_pressure_region), for which the gradient is the force of a unit pressure.
+!> The volume lies between the surface, with the caps of elements with a curved reference, and an origin: the one enclosed if the
+!> boundary of the surface is fixed or stays in planes through the origin (finshell_pressure_region), for which the gradient is
+!> the force of a unit pressure.
 module finshell_volume
    use finshell_kinds, only: wp
    use finshell_status, only: status_input_error

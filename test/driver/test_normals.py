@@ -125,7 +125,7 @@ class Normals(unittest.TestCase):
 &monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'edge_a1' /
 """ + REST
         self.assertEqual(self.run_text(half.replace("KEYS", "")), self.run_text(half.replace("KEYS", "normals = 'facet'")))
-        self.assertIn("in.nml:1: &mesh: normals: the normal at node", self.run_text(half.replace("KEYS", "normals = 'exact'"), 2))
+        self.assertIn("in.nml:1: &mesh normals: the normal at node", self.run_text(half.replace("KEYS", "normals = 'exact'"), 2))
 
     def test_refused(self):
         plate = "&mesh generator = 'rectangle' lengths = 1, 1 divisions = 2, 2 normals = 'exact' /\n&step /\n" + REST
