@@ -12,7 +12,8 @@ program bench_kernel
    use finshell_batch, only: evaluate_elements, rotation_quaternion, rotation_vector
    use finshell_error, only: error_t
    use finshell_kinds, only: dp, i4, wp
-   use finshell_material, only: level_energy, level_force, level_tangent, material_t
+   use finshell_evaluation, only: level_energy, level_force, level_tangent
+   use finshell_material, only: material_t
    use finshell_quaternion, only: rotation_vector_to_quaternion
    use finshell_registry, only: new_material
    use finshell_section, only: new_section, section_t, formulation_p, formulation_s

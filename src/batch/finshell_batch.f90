@@ -9,7 +9,7 @@ module finshell_batch
    use finshell_kinds, only: wp, i4, lanes
    use finshell_element, only: block_t, evaluate_block, predict_block, recover_block, stress_t, rotation_vector, &
       rotation_quaternion, rotation_increment
-   use finshell_material, only: level_energy, level_force, level_tangent
+   use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel

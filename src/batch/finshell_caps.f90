@@ -4,7 +4,7 @@ module finshell_caps
    use finshell_element, only: block_t, cap_block
    use finshell_environment, only: environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_material, only: level_energy, level_force, level_tangent
+   use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private

@@ -12,7 +12,7 @@
 !> The curvature is sym(M grad G), M = I + 1/2 V C^-1: slopes are covariant with the chord of an arc, its tangent is longer.
 module finshell_bending
    use finshell_kinds, only: wp, lanes
-   use finshell_material, only: level_force, level_tangent
+   use finshell_evaluation, only: level_force, level_tangent
    use finshell_reference, only: reference_t, side_from, side_to, zeta, n_side
    use finshell_section, only: section_t, formulation_s
    use finshell_voigt, only: pack

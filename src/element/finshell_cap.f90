@@ -9,7 +9,7 @@ module finshell_cap
    use finshell_core, only: core_t
    use finshell_curved, only: turned_t
    use finshell_filter, only: filter_t, jacobian_gradient, jacobian_hessian
-   use finshell_material, only: level_force, level_tangent
+   use finshell_evaluation, only: level_force, level_tangent
    use finshell_reference, only: reference_t, side_to
    use finshell_voigt, only: row, column
    implicit none

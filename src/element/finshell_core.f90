@@ -16,7 +16,7 @@ module finshell_core
    use finshell_drilling, only: drilling_t, new_drilling
    use finshell_filter, only: filter_t
    use finshell_kink, only: kink_t, new_kink
-   use finshell_material, only: level_force, level_tangent
+   use finshell_evaluation, only: level_force, level_tangent
    use finshell_reference, only: reference_t, drilling_weight, higher_order_strain
    use finshell_section, only: section_t, resultants_t, switches_t, integrate, midsurface_thickness, formulation_s, points_per_block
    use finshell_voigt, only: row, column

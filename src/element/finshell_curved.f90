@@ -6,7 +6,7 @@
 module finshell_curved
    use finshell_kinds, only: wp, i4, lanes
    use finshell_bending, only: bending_t, new_bending
-   use finshell_material, only: level_energy, level_force, level_tangent
+   use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_quaternion, only: quaternion_product
    use finshell_reference, only: reference_t
    use finshell_section, only: section_t, resultants_t, points_per_block

@@ -9,7 +9,7 @@
 module finshell_drilling
    use finshell_kinds, only: wp, lanes
    use finshell_kink, only: kink_t
-   use finshell_material, only: level_force, level_tangent
+   use finshell_evaluation, only: level_force, level_tangent
    use finshell_reference, only: reference_t, alpha_b
    use finshell_voigt, only: row, column
    implicit none

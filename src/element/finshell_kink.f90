@@ -9,7 +9,7 @@ module finshell_kink
    use finshell_kinds, only: wp, lanes
    use finshell_bending, only: bending_t
    use finshell_filter, only: filter_t, jacobian_gradient, jacobian_hessian
-   use finshell_material, only: level_force, level_tangent
+   use finshell_evaluation, only: level_force, level_tangent
    use finshell_reference, only: reference_t, alpha_b
    use finshell_voigt, only: row, column
    implicit none

@@ -13,7 +13,7 @@ module finshell_lift
    use finshell_core, only: core_t, n_core
    use finshell_filter, only: filter_t
    use finshell_lift_geometric, only: geometric_part, n_lift
-   use finshell_material, only: level_tangent
+   use finshell_evaluation, only: level_tangent
    use finshell_reference, only: reference_t
    implicit none
    private

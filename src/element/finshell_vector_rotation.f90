@@ -3,7 +3,7 @@
 !> The same functions as in finshell_rotation, for `lanes` elements side by side; sines, cosines and coefficients once.
 module finshell_vector_rotation
    use finshell_kinds, only: wp, lanes
-   use finshell_material, only: level_force
+   use finshell_evaluation, only: level_force
    use finshell_rotation_coefficients, only: tangent_coefficients
    implicit none
    private

@@ -8,7 +8,8 @@ module finshell_compressible_neo_hookean
    use finshell_elementary, only: log_remainder
    use finshell_incompressible, only: metric_limit, shape_limit
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_material, only: level_force, level_tangent, material_t
+   use finshell_evaluation, only: level_force, level_tangent
+   use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, optional_parameter
    use finshell_status, only: status_material_limit
    implicit none

@@ -1,7 +1,8 @@
 !> What all incompressible laws share: the thickness stretch is the inverse of the area stretch.
 module finshell_incompressible
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_material, only: level_force, level_tangent, material_t
+   use finshell_evaluation, only: level_force, level_tangent
+   use finshell_material, only: material_t
    use finshell_status, only: status_material_limit
    implicit none
    private

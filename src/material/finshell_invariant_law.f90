@@ -5,7 +5,7 @@
 module finshell_invariant_law
    use finshell_incompressible, only: incompressible_t, metric_limit, shape_limit
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_material, only: level_force, level_tangent
+   use finshell_evaluation, only: level_force, level_tangent
    use finshell_status, only: status_material_limit
    implicit none
    private

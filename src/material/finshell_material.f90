@@ -12,10 +12,7 @@ module finshell_material
    use finshell_kinds, only: wp, i4
    implicit none
    private
-   public :: material_t, level_energy, level_force, level_tangent
-
-   !> How much is asked for: each level includes the one before.
-   integer, parameter :: level_energy = 0, level_force = 1, level_tangent = 2
+   public :: material_t
 
    type, abstract :: material_t
       !> True when the response does not depend on the direction of the material axes.
@@ -36,7 +33,7 @@ module finshell_material
          import :: material_t, wp, i4
          class(material_t), intent(in) :: self
          integer, intent(in) :: n !< number of points, a multiple of `lanes`
-         integer, intent(in) :: level !< level_energy: w; level_force: w and s; level_tangent: w, s and d
+         integer, intent(in) :: level !< finshell_evaluation; level_energy: w; level_force: w and s; level_tangent: w, s and d
          real(wp), intent(in) :: e(n, 3) !< strain
          real(wp), intent(inout) :: w(n) !< stored energy per reference volume
          real(wp), intent(inout) :: s(n, 3) !< stress

@@ -7,7 +7,8 @@
 module finshell_mooney_rivlin
    use finshell_incompressible, only: incompressible_t, metric_limit, shape_limit
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_material, only: level_force, level_tangent, material_t
+   use finshell_evaluation, only: level_force, level_tangent
+   use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, optional_parameter, required_parameter
    use finshell_status, only: status_material_limit
    implicit none

@@ -9,7 +9,8 @@ module finshell_ogden
    use finshell_elementary, only: exp_remainder, log_remainder
    use finshell_incompressible, only: incompressible_t, metric_limit, shape_limit
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_material, only: level_force, level_tangent, material_t
+   use finshell_evaluation, only: level_force, level_tangent
+   use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, optional_parameter, required_parameter
    use finshell_status, only: status_material_limit
    implicit none

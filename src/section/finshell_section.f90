@@ -5,7 +5,8 @@
 module finshell_section
    use finshell_kinds, only: wp, dp, i4, lanes
    use finshell_error, only: error_t, raise, text_of
-   use finshell_material, only: material_t, level_energy, level_force, level_tangent
+   use finshell_evaluation, only: level_energy, level_force, level_tangent
+   use finshell_material, only: material_t
    use finshell_status, only: status_invalid_argument
    use finshell_gauss, only: gauss_legendre, max_gauss_points
    use finshell_voigt, only: rotate_strain, rotate_stress, rotate_tangent

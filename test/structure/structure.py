@@ -1,6 +1,6 @@
 """Rules on the structure of the sources, read from their text.
 
-1. `use` goes one way: base, math, material, section, element, batch, model, solver, io, app; api sits on the kernel only.
+1. `use` goes one way: a room uses those that src/rooms.txt allows, which stand above it there; api sits on the kernel only.
 2. Kernel (math, material, section, element): no input or output, no stop, no save, no module variables; no allocation, except
    while something is set up (procedures new_* and *_parameters, components of types; the registry of laws and its lists).
 3. Nothing but app prints or stops.
@@ -11,7 +11,6 @@ import os
 import pathlib
 import re
 
-ORDER = ["base", "math", "material", "section", "element", "batch", "model", "solver", "io", "app"]
 KERNEL = {"math", "material", "section", "element"}
 OPEN_TO_API = {"base", "math", "section", "element", "batch"}
 MATERIAL_OPEN_TO_API = {"finshell_registry", "finshell_material"}
@@ -61,16 +60,48 @@ def fortran_files(folder):
                   if name.lower().endswith(".f90"))
 
 
+def rooms_of(root):
+    """Room -> rooms that it may use, in the order of src/rooms.txt."""
+    rows = [line.split("|") for line in text_of(os.path.join(root, "src", "rooms.txt")).splitlines() if line.strip() and not line.startswith("#")]
+    return {row[0].strip(): row[2].split() for row in rows}
+
+
+def drawing(root):
+    """The rooms as a text tree, each with those that it uses: `python3 test/structure/structure.py` prints it."""
+    lines, last = [], ""
+    rows = [line.split("|") for line in text_of(os.path.join(root, "src", "rooms.txt")).splitlines() if line.strip() and not line.startswith("#")]
+    for room, library, used, what in ([cell.strip() for cell in row] for row in rows):
+        if library != last:
+            lines.append(f"lib{library}")
+        last = library
+        lines.append(f"  {room:<14}{what}".rstrip())
+        lines.append(f"  {'':<14}<- {used or '-'}")
+    return "\n".join(lines)
+
+
+def rooms_violations(root):
+    """A room uses rooms above it only, and every file lives in one."""
+    found, seen = [], []
+    rooms = rooms_of(root)
+    for room, used in rooms.items():
+        found += [f"src/rooms.txt: {room} uses {u}, which does not stand above it" for u in used if u not in seen]
+        seen.append(room)
+    for path in fortran_files(os.path.join(root, "src")):
+        if layer_of(path, root) not in [*rooms, "facade"]:
+            found.append(f"{os.path.relpath(path, root)}: no room of src/rooms.txt")
+    return found
+
+
 def layer_of(path, root):
-    """Name of the layer a file belongs to: a folder of src, 'facade', 'api' or 'main'."""
-    parts = os.path.relpath(path, root).split(os.sep)
-    if parts[0] == "src":
-        return parts[1] if len(parts) > 2 else "facade"
-    return "main" if parts[0] == "app" else "api"
+    """Name of the room a file belongs to: a folder of src, 'facade', 'api' or 'main'."""
+    folder = os.path.dirname(os.path.relpath(path, root)).replace(os.sep, "/")
+    if folder == "src" or folder.startswith("src/"):
+        return folder[4:] or "facade"
+    return "main" if folder.split("/")[0] == "app" else "api"
 
 
-def arrow_allowed(user, used, module):
-    """May layer `user` use `module` of layer `used`?"""
+def arrow_allowed(user, used, module, rooms):
+    """May room `user` use `module` of room `used`?"""
     if user == used:
         return True
     if user in ("facade", "api"):
@@ -79,15 +110,12 @@ def arrow_allowed(user, used, module):
         return used in OPEN_TO_API or used == "facade"
     if user == "main":
         return used in ("base", "app")
-    if used not in ORDER or user not in ORDER:
-        return False
-    if (user, used) == ("io", "solver"):  # results are written through an interface, not from the solver's insides
-        return module == "finshell_observer"
-    return ORDER.index(used) < ORDER.index(user)
+    return used in rooms.get(user, ())
 
 
 def arrows(root):
     """Violations of rule 1."""
+    rooms = rooms_of(root)
     files = [f for folder in ("src", "api", "app") for f in fortran_files(os.path.join(root, folder))]
     home, uses = {}, []
     for path in files:
@@ -101,7 +129,7 @@ def arrows(root):
                 uses.append((path, number, layer, m.group(1)))
     found = []
     for path, number, layer, module in uses:
-        if module in home and not arrow_allowed(layer, home[module], module):
+        if module in home and not arrow_allowed(layer, home[module], module, rooms):
             found.append(f"{os.path.relpath(path, root)}:{number}: {layer} uses {module} of {home[module]}")
     return found
 
@@ -200,8 +228,12 @@ def taken_names(root, names):
 
 def violations(root, listed, names=frozenset()):
     """All violations below a root folder."""
-    found = arrows(root) + lengths(root, listed) + taken_names(root, names)
+    found = rooms_violations(root) + arrows(root) + lengths(root, listed) + taken_names(root, names)
     for folder in ("src", "api"):
         for path in fortran_files(os.path.join(root, folder)):
             found += file_violations(path, root)
     return found
+
+
+if __name__ == "__main__":
+    print(drawing(pathlib.Path(__file__).resolve().parents[2]))

@@ -5,7 +5,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PARTS = {  # file of src/io that reads groups: headings of their description
+PARTS = {  # file of src/io/input that reads groups: headings of their description
     "mesh": ["mesh"], "normals": ["mesh"], "section": ["material", "section"], "direction": ["section"], "support": ["support"], "load": ["load"],
     "step": ["step"], "output": ["monitor", "output"],
 }
@@ -29,7 +29,7 @@ def words_of(text):
 
 def choices(part, sources):
     """The words one can choose from in the groups that a file reads."""
-    text = joined(sources[f"io/finshell_input_{part}.f90"])
+    text = joined(sources[f"io/input/finshell_input_{part}.f90"])
     found = set()
     for given in re.findall(r"choices=('[^']*'|\w+(?:\(\))?)", text) + re.findall(r"get_component\(group, ('[^']*')", text):
         if given.startswith("'"):
@@ -79,13 +79,13 @@ class Choices(unittest.TestCase):
         self.assertGreater(count, 85)
         for file, text in self.sources.items():
             if "choices=" in text and not re.search(r"subroutine (get|to)_\w*string|get_component\(", text):
-                self.assertIn(re.sub(r"io/finshell_input_(\w+)\.f90", r"\1", file), PARTS, f"{file} reads choices: add it here")
+                self.assertIn(re.sub(r"io/input/finshell_input_(\w+)\.f90", r"\1", file), PARTS, f"{file} reads choices: add it here")
 
     def test_a_word_more_is_noticed(self):
         for part, old, new in (("mesh", "annulus, strip'", "annulus, strip, torus'"), ("output", "moment, stress'", "moment, stress, strain'"),
                                ("step", "'paper, tight'", "'paper, tight, loose'"), ("support", "symmetry, components'", "symmetry, spring, components'"),
                                ("load", "pressure, gravity'", "pressure, wind, gravity'")):
-            name = f"io/finshell_input_{part}.f90"
+            name = f"io/input/finshell_input_{part}.f90"
             self.assertIn(old, self.sources[name])
             self.assertEqual(len(differences({**self.sources, name: self.sources[name].replace(old, new)}, self.document)), 1)
         for file, old, new in (("material/finshell_registry.f90", "'linear_elastic', 'orthotropic'", "'linear_elastic', 'hencky', 'orthotropic'"),

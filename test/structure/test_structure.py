@@ -17,6 +17,10 @@ class Sources(unittest.TestCase):
     def test_sources_are_seen(self):
         self.assertGreater(len(structure.fortran_files(os.path.join(ROOT, "src"))), 10)
 
+    def test_drawing(self):
+        """CONTRIBUTING.md draws the rooms as they are."""
+        self.assertIn(structure.drawing(ROOT), structure.text_of(os.path.join(ROOT, "CONTRIBUTING.md")))
+
     def test_no_violation(self):
         found = structure.violations(ROOT, structure.long_files(os.path.join(HERE, "long_files.txt")),
                                      structure.pfunit_names(os.path.join(HERE, "pfunit_names.txt")))
@@ -39,10 +43,11 @@ class Planted(unittest.TestCase):
                                             " end subroutine\n pure function stress(x) result(y)\n  real :: x, y\n  y = x ! stop\n"
                                             " end function\nend module\n",
         "src/batch/finshell_batch.f90": "module finshell_batch\n use finshell_section\nend module\n",
-        "src/model/finshell_mesh.f90": "module finshell_mesh\n use finshell_batch\nend module\n",
-        "src/solver/finshell_newton.f90": "module finshell_newton\n use finshell_mesh\nend module\n",
-        "src/solver/finshell_observer.f90": "module finshell_observer\nend module\n",
-        "src/io/finshell_results.f90": "module finshell_results\n use finshell_observer\n use finshell_mesh\nend module\n",
+        "src/model/finshell_mesh.f90": "module finshell_mesh\n use finshell_section\nend module\n",
+        "src/path/finshell_newton.f90": "module finshell_newton\n use finshell_mesh\nend module\n",
+        "src/analysis/finshell_buckling.f90": "module finshell_buckling\n use finshell_newton\n use finshell_batch\nend module\n",
+        "src/io/results/finshell_results.f90": "module finshell_results\n use finshell_mesh\nend module\n",
+        "src/rooms.txt": structure.text_of(os.path.join(ROOT, "src", "rooms.txt")),
         "src/app/finshell_driver.f90": "module finshell_driver\n use finshell_results\n use finshell_newton\ncontains\n subroutine run()\n"
                                        "  print *, 1\n  error stop 1\n end subroutine\nend module\n",
         "src/finshell.f90": "module finshell\n use finshell_batch\n use finshell_registry\nend module\n",
@@ -74,8 +79,9 @@ class Planted(unittest.TestCase):
         for user, path, used in (
             ("base", "src/base/finshell_kinds.F90", "finshell_law"), ("material", "src/material/finshell_law.f90", "finshell_section"),
             ("batch", "src/batch/finshell_batch.f90", "finshell_mesh"), ("model", "src/model/finshell_mesh.f90", "finshell_newton"),
-            ("solver", "src/solver/finshell_newton.f90", "finshell_results"), ("io", "src/io/finshell_results.f90", "finshell_newton"),
-            ("io", "src/io/finshell_results.f90", "finshell_driver"), ("api", "api/finshell_api.f90", "finshell_mesh"),
+            ("path", "src/path/finshell_newton.f90", "finshell_results"), ("path", "src/path/finshell_newton.f90", "finshell_batch"),
+            ("path", "src/path/finshell_newton.f90", "finshell_buckling"), ("io/results", "src/io/results/finshell_results.f90", "finshell_newton"),
+            ("io/results", "src/io/results/finshell_results.f90", "finshell_driver"), ("api", "api/finshell_api.f90", "finshell_mesh"),
             ("api", "api/finshell_api.f90", "finshell_law"), ("facade", "src/finshell.f90", "finshell_mesh"),
             ("main", "app/main.f90", "finshell_newton"), ("section", "src/section/finshell_section.f90", "finshell_batch"),
         ):
@@ -83,6 +89,11 @@ class Planted(unittest.TestCase):
                 kind = "program" if user == "main" else "module"
                 name = os.path.basename(path).split(".")[0]
                 self.planted(path, f"{kind} {name}\n use, non_intrinsic :: {used.upper()}, &\n  only: x\nend {kind}\n", f"{user} uses {used}")
+
+    def test_rooms(self):
+        rooms = self.CLEAN["src/rooms.txt"]
+        self.assertIn("material uses section, which does not stand above it", self.found({"src/rooms.txt": rooms.replace("| base math    ", "| base math section", 1)})[0])
+        self.planted("src/attic/finshell_old.f90", "module finshell_old\nend module\n", "no room")
 
     def test_kernel(self):
         for line, message in (
@@ -101,7 +112,7 @@ class Planted(unittest.TestCase):
             ("print *, x", "prints"), ("write (*, '(a)') x", "prints"), ("if (x > 0) write (output_unit, *) x", "prints"),
             ("stop", "stops"), ("if (x > 0) error stop 'no'", "stops"), ("x = 1; error stop", "stops"),
         ):
-            for path in ("src/solver/finshell_newton.f90", "src/base/finshell_text.f90", "api/finshell_api.f90"):
+            for path in ("src/path/finshell_newton.f90", "src/base/finshell_text.f90", "api/finshell_api.f90"):
                 name = os.path.basename(path).split(".")[0]
                 with self.subTest(line=line, path=path):
                     self.planted(path, f"module {name}\ncontains\n subroutine f(x)\n  {line}\n end subroutine\nend module\n", message)

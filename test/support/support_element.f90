@@ -4,7 +4,8 @@ module support_element
    use finshell_batch, only: evaluate_elements, rotation_quaternion, rotation_vector
    use finshell_error, only: error_t
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_material, only: level_tangent, material_t
+   use finshell_evaluation, only: level_tangent
+   use finshell_material, only: material_t
    use finshell_quaternion, only: quaternion_product, rotation_vector_to_quaternion
    use finshell_registry, only: material_parameters, new_material, parameter_t
    use finshell_rotation, only: exp_rotation

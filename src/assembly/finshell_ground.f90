@@ -8,7 +8,8 @@ module finshell_ground
    use finshell_kinds, only: wp, i4, lanes
    use finshell_error, only: error_t
    use finshell_status, only: status_ok
-   use finshell_material, only: material_t, level_tangent
+   use finshell_evaluation, only: level_tangent
+   use finshell_material, only: material_t
    use finshell_registry, only: new_material
    use finshell_section, only: section_t
    use finshell_mesh, only: mesh_t
