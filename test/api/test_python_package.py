@@ -49,7 +49,7 @@ class Header(unittest.TestCase):
                  "int32_t *": _library._C, "finshell_status *": _library._S, "const char *": ctypes.c_char_p, "char *": ctypes.c_char_p,
                  "const finshell_section *": ctypes.c_void_p, "finshell_section *": ctypes.c_void_p,
                  "finshell_section **": ctypes.POINTER(ctypes.c_void_p), "const char *const *": _library._N,
-                 "const finshell_layer *": ctypes.POINTER(_library.CLayer),
+                 "const finshell_layer *": ctypes.POINTER(_library.CLayer), "const finshell_elements *": _library._E,
                  "finshell_parameter *": ctypes.POINTER(_library.CParameter), "void": None}
         found = re.findall(r"^(const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.text, re.M)
         self.assertEqual({name for _, name, _ in found}, set(_library._PROTOTYPES))
@@ -60,7 +60,8 @@ class Header(unittest.TestCase):
                 self.assertEqual(_library._PROTOTYPES[name], (kinds[result.strip()], types))
 
     def test_structures(self):
-        for name, structure in (("status", _library.Status), ("layer", _library.CLayer), ("parameter", _library.CParameter)):
+        for name, structure in (("status", _library.Status), ("layer", _library.CLayer), ("parameter", _library.CParameter),
+                                ("elements", _library.CElements)):
             fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.text, re.S).group(1)
             names = [re.search(r"(\w+)(\[\d+\])?$", f.strip()).group(1) for f in fields.split(";") if f.strip()]
             self.assertEqual([f[0] for f in structure._fields_], names)
@@ -218,14 +219,14 @@ class Finding(unittest.TestCase):
 
     def test_another_abi(self):
         done = self.python("from finshell import _library as l; l.ABI = 99; l.library()")
-        self.assertIn("has the ABI number 1, this package needs 99", done.stderr)
+        self.assertIn(f"has the ABI number {finshell.ABI}, this package needs 99", done.stderr)
 
     @unittest.skipUnless(os.environ.get("FINSHELL_LIB"), "needs FINSHELL_LIB")
     def test_beside_the_package(self):
         with tempfile.TemporaryDirectory() as folder:
             copy = os.path.join(os.path.realpath(folder), "finshell")
             shutil.copytree(os.path.join(PACKAGE, "finshell"), copy)
-            library = os.path.join(copy, "libfinshell.so.1")
+            library = os.path.join(copy, f"libfinshell.so.{finshell.ABI}")
             shutil.copy(os.environ["FINSHELL_LIB"], library)
             done = self.python("import finshell; print(finshell.version(), finshell.find_library())", folder, FINSHELL_LIB="")
             self.assertEqual(done.stdout.split(), [finshell.__version__, library], msg=done.stderr)
@@ -236,14 +237,14 @@ class Finding(unittest.TestCase):
         # by pkg-config: a folder that nothing else knows
         with tempfile.TemporaryDirectory() as folder:
             folder = os.path.realpath(folder)
-            library = os.path.join(folder, "libfinshell.so.1")
+            library = os.path.join(folder, f"libfinshell.so.{finshell.ABI}")
             shutil.copy(os.environ["FINSHELL_LIB"], library)
             with open(os.path.join(folder, "finshell.pc"), "w", encoding="utf-8") as f:
                 f.write(f"libdir={folder}\nName: finshell\nDescription: a test\nVersion: 1\n")
             done = self.python("import finshell; print(finshell.version(), finshell.find_library())", FINSHELL_LIB="",
                                PKG_CONFIG_PATH=folder)
             self.assertEqual(done.stdout.split()[0], finshell.__version__, msg=done.stderr)
-            if not os.path.exists("/usr/local/lib/libfinshell.so.1"):
+            if not os.path.exists(f"/usr/local/lib/libfinshell.so.{finshell.ABI}"):
                 self.assertEqual(done.stdout.split()[1], library)
 
 
