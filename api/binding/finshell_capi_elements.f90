@@ -104,12 +104,13 @@ contains
       integer :: memory, c
 
       code = status_ok
-      nullify (s, x, u, rotations, state, direction, normal, toward)
+      nullify (x, u, rotations, state, direction, normal, toward)
+      s => section_of(section)
       if (block%n < 0) then
          code = refuse(status, place, 'n is #, expected a number of elements >= 0', block%n)
       else if (.not. c_associated(section)) then
          code = refuse(status, place, 'section is NULL')
-      else if (.not. associated(section_of(section))) then
+      else if (.not. associated(s)) then
          code = refuse(status, place, no_handle)
       else if (block%convention < rotation_vector .or. block%convention > rotation_increment) then
          code = refuse(status, place, 'convention is #, expected 1 (vector), 2 (quaternion) or 3 (increment)', block%convention)
@@ -130,7 +131,6 @@ contains
       end if
       if (code /= status_ok) return
       code = accept(status)
-      s => section_of(section)
       if (block%n == 0) return
       c = merge(4, 3, block%convention == rotation_quaternion)
       call c_f_pointer(block%x, x, [3, 3, block%n])
@@ -164,6 +164,7 @@ contains
       if (e == 0) return
       if (codes(e) /= status_invalid_argument) return
       text = 'the direction is zero'
+      if (c_associated(block%normals)) text = 'the direction is zero, or a normal is 90 degrees from that of the triangle'
       nullify (quaternion, normal)
       if (block%convention == rotation_quaternion) call c_f_pointer(block%rotations, quaternion, [4, 3, e])
       if (block%convention == rotation_increment) call c_f_pointer(block%state, quaternion, [4, 3, e])
