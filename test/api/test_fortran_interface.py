@@ -29,13 +29,15 @@ KINDS = {
     "const finshell_elements *": "type(finshell_elements), intent(in)",
     "finshell_parameter *": "type(finshell_parameter), intent(out), optional"}
 PROGRAM = """program square
-   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr, c_sizeof
    use finshell_c
    implicit none
    character(kind=c_char, len=4), target :: names(2) = ['c10'//c_null_char, 'c01'//c_null_char]
    type(c_ptr) :: section
    type(finshell_status) :: status
-   real(c_double) :: x(3, 3, 2), u(3, 3, 2), t(3, 3, 2), energy(2), force(18, 2), tangent(18, 18, 2)
+   type(finshell_elements) :: elements
+   real(c_double), target :: x(3, 3, 2), u(3, 3, 2), t(3, 3, 2), normals(3, 3, 2)
+   real(c_double) :: energy(2), force(18, 2), tangent(18, 18, 2), again(18, 2), moment(3, 2)
    integer(c_int32_t) :: code
 
    if (finshell_abi() /= finshell_abi_number) error stop 'library and module do not fit'
@@ -49,6 +51,23 @@ PROGRAM = """program square
    if (code /= finshell_ok) error stop 'no section'
    code = finshell_evaluate(section, 2, x, u, t, finshell_rotation_vector, energy=energy, force=force, tangent=tangent, &
                             threads=1, status=status)
+   elements%size = c_sizeof(elements)
+   elements%n = 2
+   elements%convention = finshell_rotation_vector
+   elements%threads = 1
+   elements%x = c_loc(x)
+   elements%u = c_loc(u)
+   elements%rotations = c_loc(t)
+   normals = spread(reshape([0, 0, 0, 0, 0, 0, 1, 1, 1], [3, 3], order=[2, 1]), 3, 2)
+   elements%normals = c_loc(normals)
+   if (finshell_elements_evaluate(section, elements, force=again, status=status) /= finshell_ok) error stop 'block refused'
+   if (any(abs(force - again) > 1e-13_c_double)) error stop 'flat elements differ'
+   normals(1, 1, :) = 0.3_c_double
+   if (finshell_elements_evaluate(section, elements, force=again) /= finshell_ok) error stop 'curved block refused'
+   if (.not. all(abs(force - again) > 0)) error stop 'normals do not count'
+   if (finshell_elements_recover(section, elements, moment=moment) /= finshell_ok) error stop 'not recovered'
+   elements%size = elements%size + 1
+   if (finshell_elements_recover(section, elements, moment=moment) /= finshell_invalid_argument) error stop 'wrong size taken'
    call finshell_section_destroy(section)
    if (code /= finshell_ok .or. status%index /= -1) error stop 'not evaluated'
    print '(a, es21.14)', 'energy ', sum(energy)

@@ -136,6 +136,66 @@ class Elements(unittest.TestCase):
         self.assertNotIsInstance(caught.exception, finshell.Recoverable)
         self.assertEqual((caught.exception.code, caught.exception.index, caught.exception.failed), (-3, 0, 2))
 
+    def test_normals(self):
+        u, t = bent()
+        section = rubber()
+        flat = np.tile([0, 0, 2.0], (2, 3, 1))
+        curved = flat + 0.3 * np.random.default_rng(3).normal(size=flat.shape)
+        a, b = section.evaluate(SQUARE, u, t), section.evaluate(SQUARE, u, t, normals=flat)
+        self.assertTrue((a.tangent == b.tangent).all() and (a.force == b.force).all() and (a.energy == b.energy).all())
+        c = section.evaluate(SQUARE, u, t, normals=curved, threads=2)
+        self.assertFalse((a.force == c.force).any())
+        np.testing.assert_allclose(section.evaluate(SQUARE, u, t, normals=(3 * curved).tolist()).force, c.force, atol=1e-12)
+        self.assertTrue((section.recover(SQUARE, u, t).moment == section.recover(SQUARE, u, t, normals=flat).moment).all())
+        self.assertFalse((section.recover(SQUARE, u, t).moment == section.recover(SQUARE, u, t, normals=curved).moment).all())
+        with self.assertRaisesRegex(ValueError, r"normals has the shape \(2, 3\), expected \(2, 3, 3\)"):
+            section.evaluate(SQUARE, u, t, normals=flat[:, 0])
+        curved[1, 2] = [1, 0, -1]
+        for call in (section.evaluate, section.recover):
+            with self.assertRaisesRegex(finshell.Error, r"element 1 \(from 0\): the normal at node 2 \(from 0\) is 135.0 degrees") as caught:
+                call(SQUARE, u, t, normals=curved)
+            self.assertEqual((caught.exception.code, caught.exception.index, caught.exception.failed), (-1, 1, 1))
+
+    def test_curved_golden(self):
+        with open(os.path.join(SOURCE, "test", "data", "element_golden_curved.txt"), encoding="utf-8") as f:
+            lines = [line.split(None, 1) for line in f if not line.startswith("#")]
+        cases = [dict(lines[i:i + 8]) for i in range(0, len(lines), 8)]
+        self.assertEqual(len(cases), 16)
+        for case in cases:
+            law = ("mooney_rivlin", {"c10": 80.0, "c01": 20.0}) if "mooney_rivlin c10=80 c01=20" in case["case"] else \
+                ("st_venant_kirchhoff", {"e": 1000.0, "nu": 0.3})
+            self.assertIn("formulation: S; arc: 1; beta0: 0.01", case["case"])
+            X, m, u, q, energy, force, triangle = (np.array(case[k].split(), float) for k in ("X", "m", "u", "q", "energy", "force", "tangent"))
+            r = finshell.Section(*law, 0.1, beta0=0.01, thickness_points=2).evaluate(
+                X.reshape(1, 3, 3), u.reshape(1, 3, 3), q.reshape(1, 3, 4), finshell.Rotation.QUATERNION, normals=m.reshape(1, 3, 3))
+            np.testing.assert_allclose(r.energy, energy, rtol=2e-12)
+            np.testing.assert_allclose(r.force[0], force, rtol=0, atol=2e-12 * abs(force).max())
+            np.testing.assert_allclose(r.tangent[0][np.tril_indices(18)], triangle, rtol=0, atol=2e-12 * abs(triangle).max())
+
+    def test_straight_sides(self):
+        # a side that is not bent: its drilling rotations do no work through the displacement along it
+        u, t = bent()
+        t[:, :, 2] = 0.1 * np.arange(3)
+        section = rubber()
+        free, none = section.evaluate(SQUARE, u, t).force, section.evaluate(SQUARE, u, t, straight=np.zeros((2, 3))).force
+        self.assertTrue((free == none).all())
+        one = section.evaluate(SQUARE, u, t, straight=[[False, True, False], [False, False, False]]).force
+        self.assertTrue((one[1] == free[1]).all())
+        self.assertFalse((one[0] == free[0]).any())
+        self.assertFalse((section.recover(SQUARE, u, t, straight=np.ones((2, 3))).membrane_force
+                          == section.recover(SQUARE, u, t).membrane_force).any())
+
+    def test_toward(self):
+        section = finshell.Section("holzapfel_2005", {"mu": 1.0, "k1": 10.0, "k2": 1.0, "rho": 0.1}, 0.1)
+        rest, motion = np.zeros((2, 3, 3)), np.zeros((2, 18))
+        slack = section.evaluate(SQUARE, rest, rest).tangent
+        motion[:, [6, 12]] = 0.01  # nodes 1 and 2 of the first triangle along its fibres
+        taut = section.evaluate(SQUARE, rest, rest, toward=motion).tangent
+        self.assertGreater(taut[0, 6, 6], 1.5 * slack[0, 6, 6])
+        np.testing.assert_allclose(section.evaluate(SQUARE, rest, rest, toward=-motion).tangent[0], slack[0], atol=1e-12)
+        with self.assertRaisesRegex(finshell.Error, "NaN"):
+            section.evaluate(SQUARE, rest, rest, toward=motion * np.nan)
+
     def test_mass(self):
         section = rubber(density=3.0)
         m, lumped = section.mass(SQUARE), section.mass(SQUARE, lumped=True)
@@ -290,10 +350,20 @@ print(os.waitpid(child, 0)[1])
 
 @unittest.skipUnless(importlib.util.find_spec("scipy"), "scipy is not installed")
 class Example(unittest.TestCase):
-    """examples/cantilever.py against the elastica (test/data/elastica_cantilever_end_shear.csv, force 4)."""
+    """examples/cantilever.py against the elastica (test/data/elastica_cantilever_end_shear.csv, force 4); examples/hemisphere.py
+    against its own limit."""
+
+    @classmethod
+    def setUpClass(cls):
+        sys.path.insert(0, os.path.join(PACKAGE, "examples"))
+
+    def test_hemisphere(self):
+        import hemisphere
+        for cells, facets, normals in ((4, 0.3, 0.03), (8, 0.06, 0.003)):
+            self.assertLess(abs(hemisphere.deflection(cells, True) / 0.0935 - 1), normals)
+            self.assertGreater(abs(hemisphere.deflection(cells, False) / 0.0935 - 1), facets)
 
     def test_cantilever(self):
-        sys.path.insert(0, os.path.join(PACKAGE, "examples"))
         import cantilever
         with open(os.path.join(SOURCE, "test", "data", "elastica_cantilever_end_shear.csv"), encoding="utf-8") as f:
             lines = [line.split(",") for line in f.read().split()]
