@@ -238,8 +238,8 @@ contains
       call expect(all(behind%rhs(:, 1) /= behind%rhs(:, 1)), 'two coordinates pass', 1, 2)
    end subroutine coordinates
 
-   !> Normals behind the nodal coordinates, or behind the properties: those of the library, of any length and side; at a node without
-   !> one that of the triangle, at nodes without any a flat element.
+   !> Normals behind the nodal coordinates, or behind the properties: those of the library, of any length and side; at a node
+   !> without one that of the triangle, at nodes without any a flat element.
    subroutine normals(rotations)
       integer, intent(in) :: rotations
       type(answer_t) :: flat, answer, moved
