@@ -163,13 +163,14 @@ void finshell_section_destroy(finshell_section *section);
 
 /* ------------------------------------------------------------------ elements */
 
-/* What a call is about: n elements of one section, their motion, and what is known of them. Set all to zero first ({0}), then `size`:
+/* What a call is about: n elements of one section, their motion, and what is known of them. Set all to zero first ({0}), then
+ * `size`:
  *
  *    finshell_elements elements = {0};
  *    elements.size = sizeof elements;
  *
- * Later versions add members at the end. A block of an earlier header (smaller) is taken as it is, what it does not hold being 0; of
- * a later one (larger), what this library does not know must be 0. */
+ * Later versions add members at the end. A block of an earlier header (smaller) is taken as it is, what it does not hold being 0;
+ * of a later one (larger), what this library does not know must be 0. */
 typedef struct finshell_elements {
    uint64_t size;           /* sizeof(finshell_elements) */
    int32_t n;               /* number of elements */
@@ -185,9 +186,9 @@ typedef struct finshell_elements {
    const double *state;     /* [n][3][4] needed for FINSHELL_ROTATION_INCREMENT, else not looked at */
    const double *direction; /* [n][3] material direction 1, global, any length, projected on the element; NULL: global x (z where x
                                is normal to the element). Isotropic laws look at it in recovery only. */
-   const double *normals;   /* [n][3][3] normals of the surface at the nodes of each element, global, any length, less than 90 degrees
-                               from that of the triangle: the reference is the curved element that they describe. NULL: flat
-                               facets, and so are elements whose three normals are that of the triangle. Not looked at by
+   const double *normals;   /* [n][3][3] normals of the surface at the nodes of each element, global, any length, less than 90
+                               degrees from that of the triangle: the reference is the curved element that they describe. NULL:
+                               flat facets, and so are elements whose three normals are that of the triangle. No effect in
                                formulation (P). Where a surface has a crease, each side has normals of its own. */
    const double *toward;    /* [n][18] for a tangent at a switch of a law, as fibres in tension only have it where they are just
                                unstretched: displacements and spins of the nodes in whose direction it is taken. NULL: fibres at the
@@ -208,7 +209,7 @@ int32_t finshell_elements_evaluate(const finshell_section *section, const finshe
 
 /* Thickness stretch, resultants and stresses of n elements. Components 11, 22, 12 refer to the material direction, projected on
  * the element and carried along by its rotation; isotropic laws as well.
- *   stretch [n]                 current over reference thickness, of the surface of the nodes
+ *   stretch [n]                 current over reference thickness, of the surface of the nodes; that of the facet, with normals too
  *   membrane_force [n][3]       per reference length, conjugate to the Green-Lagrange strain of the surface of the nodes
  *   moment [n][3]               per reference length, about the surface of the nodes, conjugate to the curvature
  *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component); evaluated only if asked for:

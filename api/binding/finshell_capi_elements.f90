@@ -160,8 +160,10 @@ contains
       integer :: e, k
       character(len=1) :: node
       text = ''
-      e = findloc(codes < 0, .true., dim=1)
-      if (e == 0) return
+      do e = 1, size(codes)
+         if (codes(e) < 0) exit
+      end do
+      if (e > size(codes)) return
       if (codes(e) /= status_invalid_argument) return
       text = 'the direction is zero'
       if (c_associated(block%normals)) text = 'the direction is zero, or a normal is 90 degrees from that of the triangle'
