@@ -38,7 +38,7 @@ extern "C" {
 #endif
 
 #define FINSHELL_VERSION "0.1.0" /* of this header */
-#define FINSHELL_ABI 1           /* number in the name of the shared library, libfinshell.so.1 */
+#define FINSHELL_ABI 2           /* number in the name of the shared library, libfinshell.so.2 */
 
 /* Return codes. */
 enum {
@@ -46,7 +46,8 @@ enum {
    FINSHELL_COLLAPSED_ELEMENT = 1,    /* the current area is zero or not finite */
    FINSHELL_MATERIAL_LIMIT = 2,       /* the law cannot be evaluated at this strain, or results overflow */
    FINSHELL_LARGE_ROTATION = 3,       /* a nodal rotation relative to its element nears pi */
-   FINSHELL_INVALID_ARGUMENT = -1,    /* NULL, size, name or option; a direction or quaternion of zeros */
+   FINSHELL_INVALID_ARGUMENT = -1,    /* NULL, size, name or option; a direction or quaternion of zeros; a normal of zeros, or 90
+                                           degrees or more from that of its triangle */
    FINSHELL_DEGENERATE_REFERENCE = -2, /* the reference triangle has no area (height below 1e-10 of its longest side), or is not
                                            between 1e-60 and 1e60 in size */
    FINSHELL_NOT_A_NUMBER = -3,        /* NaN or infinity in the input */
@@ -162,37 +163,70 @@ void finshell_section_destroy(finshell_section *section);
 
 /* ------------------------------------------------------------------ elements */
 
+/* What a call is about: n elements of one section, their motion, and what is known of them. Set all to zero first ({0}), then
+ * `size`:
+ *
+ *    finshell_elements elements = {0};
+ *    elements.size = sizeof elements;
+ *
+ * Later versions add members at the end. A block of an earlier header (smaller) is taken as it is, what it does not hold being 0;
+ * of a later one (larger), what this library does not know must be 0. */
+typedef struct finshell_elements {
+   uint64_t size;           /* sizeof(finshell_elements) */
+   int32_t n;               /* number of elements */
+   int32_t convention;      /* FINSHELL_ROTATION_... */
+   int32_t threads;         /* > 0: so many (at most 256); 0: as OpenMP chooses, but no more than one for each 256 elements, and 1
+                               inside a parallel region. Another number than 1 uses OpenMP's threads, whose stay after the call is
+                               OpenMP's affair. finshell_elements_recover takes one. */
+   int32_t reserved;        /* 0 */
+   const double *X;         /* [n][3][3] reference coordinates (element, node, component) */
+   const double *u;         /* [n][3][3] displacements */
+   const double *rotations; /* [n][3][3] or [n][3][4], as `convention` says */
+   /* From here on each may be NULL. */
+   const double *state;     /* [n][3][4] needed for FINSHELL_ROTATION_INCREMENT, else not looked at */
+   const double *direction; /* [n][3] material direction 1, global, any length, projected on the element; NULL: global x (z where x
+                               is normal to the element). Isotropic laws look at it in recovery only. */
+   const double *normals;   /* [n][3][3] normals of the surface at the nodes of each element, global, any length, less than 90
+                               degrees from that of the triangle: the reference is the curved element that they describe. NULL:
+                               flat facets, and so are elements whose three normals are that of the triangle. No effect in
+                               formulation (P). Where a surface has a crease, each side has normals of its own. */
+   const double *toward;    /* [n][18] for a tangent at a switch of a law, as fibres in tension only have it where they are just
+                               unstretched: displacements and spins of the nodes in whose direction it is taken. NULL: fibres at the
+                               switch are slack. */
+   const int32_t *straight; /* [n][3] not 0: this side (nodes 0-1, 1-2, 2-0) is not bent by drilling rotations, because its
+                               displacement is prescribed. NULL: none. */
+} finshell_elements;
+
 /* Energy, force and tangent of n elements of one section.
- *   X [n][3][3]            reference coordinates (element, node, component)
- *   u [n][3][3]            displacements
- *   rotations              [n][3][3] or [n][3][4], as `convention` says
- *   state [n][3][4]        for FINSHELL_ROTATION_INCREMENT, else not looked at and may be NULL
- *   direction [n][3]       material direction 1, global, any length, projected on the element; NULL: global x (z where x is
- *                          normal to the element). Not looked at by isotropic laws.
  *   energy [n]             stored energy
  *   force [n][18]          internal force
- *   tangent [n][18][18]    symmetric, both triangles. Fibres that act in tension only and are just unstretched, as in the
- *                          reference state, count as slack.
+ *   tangent [n][18][18]    symmetric, both triangles
  *   codes [n]              per element
- *   threads                > 0: so many (at most 256); 0: as OpenMP chooses, but no more than one for each 256 elements, and 1
- *                          inside a parallel region. Another number than 1 uses OpenMP's threads, whose stay after the call
- *                          is OpenMP's affair.
  * Elements are computed eight at a time: a call for one element costs what a call for eight does.
  * Errors: all codes. Since 0.1. */
+int32_t finshell_elements_evaluate(const finshell_section *section, const finshell_elements *elements, double *energy,
+                                   double *force, double *tangent, int32_t *codes, finshell_status *status);
+
+/* Thickness stretch, resultants and stresses of n elements. Components 11, 22, 12 refer to the material direction, projected on
+ * the element and carried along by its rotation; isotropic laws as well.
+ *   stretch [n]                 current over reference thickness, of the surface of the nodes; that of the facet, with normals too
+ *   membrane_force [n][3]       per reference length, conjugate to the Green-Lagrange strain of the surface of the nodes
+ *   moment [n][3]               per reference length, about the surface of the nodes, conjugate to the curvature
+ *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component); evaluated only if asked for:
+ *                               a law may end at the surfaces (code 2) and not at the points that evaluation looks at
+ *   codes [n]
+ * Errors: all codes. Since 0.1. */
+int32_t finshell_elements_recover(const finshell_section *section, const finshell_elements *elements, double *stretch,
+                                  double *membrane_force, double *moment, double *stress, int32_t *codes,
+                                  finshell_status *status);
+
+/* Short form of finshell_elements_evaluate, for flat facets: the arguments are the members of the block, what is not among them
+ * is NULL. Errors: all codes. Since 0.1. */
 int32_t finshell_evaluate(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,
                           int32_t convention, const double *state, const double *direction, double *energy, double *force,
                           double *tangent, int32_t *codes, int32_t threads, finshell_status *status);
 
-/* Thickness stretch, resultants and stresses of n elements. Components 11, 22, 12 refer to the material direction, projected on
- * the element and carried along by its rotation; isotropic laws as well.
- *   X ... direction             as in finshell_evaluate
- *   stretch [n]                 current over reference thickness, of the surface of the nodes
- *   membrane_force [n][3]       per reference length, conjugate to the Green-Lagrange strain of the surface of the nodes
- *   moment [n][3]               per reference length, about the surface of the nodes, conjugate to the curvature
- *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component); evaluated only if asked for:
- *                               a law may end at the surfaces (code 2) and not at the points that finshell_evaluate looks at
- *   codes [n]
- * Errors: all codes. Since 0.1. */
+/* Short form of finshell_elements_recover, for flat facets. Errors: all codes. Since 0.1. */
 int32_t finshell_recover(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,
                          int32_t convention, const double *state, const double *direction, double *stretch,
                          double *membrane_force, double *moment, double *stress, int32_t *codes, finshell_status *status);

@@ -4,9 +4,9 @@
 !> shapes of the header in the opposite order, first index fastest: X [n][3][3] is x(3, 3, n). Texts end with c_null_char.
 !> A program that is compiled by the compiler of the library takes the module finshell instead.
 module finshell_c
-   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_int64_t, c_null_ptr, c_ptr
    implicit none
-   private :: c_char, c_double, c_int32_t, c_ptr
+   private :: c_char, c_double, c_int32_t, c_int64_t, c_null_ptr, c_ptr
    public
 
    integer(c_int32_t), parameter :: finshell_ok = 0
@@ -20,7 +20,7 @@ module finshell_c
    integer(c_int32_t), parameter :: finshell_rotation_vector = 1
    integer(c_int32_t), parameter :: finshell_rotation_quaternion = 2
    integer(c_int32_t), parameter :: finshell_rotation_increment = 3
-   integer(c_int32_t), parameter :: finshell_abi_number = 1 !< what finshell_abi must return
+   integer(c_int32_t), parameter :: finshell_abi_number = 2 !< what finshell_abi must return
 
    type, bind(c) :: finshell_status
       integer(c_int32_t) :: code
@@ -48,6 +48,22 @@ module finshell_c
       real(c_double) :: angle
       real(c_double) :: density
    end type finshell_layer
+
+   type, bind(c) :: finshell_elements
+      integer(c_int64_t) :: size = 0 !< c_sizeof of this
+      integer(c_int32_t) :: n = 0
+      integer(c_int32_t) :: convention = 0
+      integer(c_int32_t) :: threads = 0
+      integer(c_int32_t) :: reserved = 0
+      type(c_ptr) :: x = c_null_ptr !< c_loc of an array, as the others
+      type(c_ptr) :: u = c_null_ptr
+      type(c_ptr) :: rotations = c_null_ptr
+      type(c_ptr) :: state = c_null_ptr
+      type(c_ptr) :: direction = c_null_ptr
+      type(c_ptr) :: normals = c_null_ptr
+      type(c_ptr) :: toward = c_null_ptr
+      type(c_ptr) :: straight = c_null_ptr
+   end type finshell_elements
 
    interface
       function finshell_version_text() result(text) bind(c)
@@ -138,6 +154,32 @@ module finshell_c
          import :: c_ptr
          type(c_ptr), value :: section
       end subroutine finshell_section_destroy
+
+      function finshell_elements_evaluate(section, elements, energy, force, tangent, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
+         type(c_ptr), value :: section
+         type(finshell_elements), intent(in) :: elements
+         real(c_double), intent(out), optional :: energy(*)
+         real(c_double), intent(out), optional :: force(*)
+         real(c_double), intent(out), optional :: tangent(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_elements_evaluate
+
+      function finshell_elements_recover(section, elements, stretch, membrane_force, moment, stress, codes, &
+         status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
+         type(c_ptr), value :: section
+         type(finshell_elements), intent(in) :: elements
+         real(c_double), intent(out), optional :: stretch(*)
+         real(c_double), intent(out), optional :: membrane_force(*)
+         real(c_double), intent(out), optional :: moment(*)
+         real(c_double), intent(out), optional :: stress(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_elements_recover
 
       function finshell_evaluate(section, n, x, u, rotations, convention, state, direction, energy, force, tangent, codes, &
          threads, status) result(code) bind(c)

@@ -5,19 +5,21 @@
 !> of freedom 1 to 6 at each. README.md beside this file says how to compile it and which numbers PROPS takes:
 !>
 !>     1 law   2 thickness   3 points   4 formulation   5 beta0   6 density   7 offset   8 rotations   9-11 direction
-!>     12 m, number of parameters   13 ... 12 + m parameters of the law   then, if the host has no COORDS, 9 coordinates
+!>     12 m, number of parameters   13 ... 12 + m parameters of the law   then, if the host has no COORDS, 9 coordinates, and
+!>     behind these, if the element is curved, 9 components of the normals at its nodes (or COORDS(4:6))
 !>
 !> Nothing is printed and nothing stops. Sections are built once for each set of properties, under a lock, and kept.
+include '../finshell_c.f90'
+
 module finshell_uel
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_int32_t, c_int64_t, c_loc, c_null_char, &
       c_null_ptr, c_ptr
+   use finshell_c, only: finshell_section_create, status_t => finshell_status
    implicit none
    private
    public :: section_for, last_message, keep_message, law_count
-   public :: finshell_evaluate, finshell_mass_matrix, finshell_pressure_load, finshell_rotation_exp, finshell_rotation_compose, &
-      finshell_rotation_tangent
-   public :: not_a_number, status_t, convention_of
+   public :: not_a_number, convention_of, complete_normals
    public :: first_parameter, rotations_added, rotations_compounded, rotations_incremental
 
    integer, parameter :: first_parameter = 13 !< of the law, in PROPS
@@ -29,12 +31,6 @@ module finshell_uel
    integer, parameter :: law_count = 12
    integer, parameter :: largest = 12 !< number of parameters of any law
    integer, parameter :: key_length = 8 + largest
-
-   !> finshell_status of the header.
-   type, bind(c) :: status_t
-      integer(c_int32_t) :: code, index, failed
-      character(kind=c_char) :: message(244)
-   end type status_t
 
    !> A section that was built, with what it was built from.
    type :: kept_t
@@ -50,84 +46,6 @@ module finshell_uel
    integer(c_int64_t) :: mutex(8) = 0
 
    interface
-      function finshell_section_create(material, parameters, names, values, thickness, options, option_names, option_values, &
-                                       section, status) result(code) bind(c)
-         import :: c_char, c_double, c_int32_t, c_ptr, status_t
-         character(kind=c_char), intent(in) :: material(*)
-         integer(c_int32_t), value :: parameters, options
-         type(c_ptr), intent(in) :: names(*), option_names(*)
-         real(c_double), intent(in) :: values(*), option_values(*)
-         real(c_double), value :: thickness
-         type(c_ptr), intent(out) :: section
-         type(status_t), intent(out) :: status
-         integer(c_int32_t) :: code
-      end function finshell_section_create
-
-      function finshell_evaluate(section, n, x, u, rotations, convention, state, direction, energy, force, tangent, codes, &
-                                 threads, status) result(code) bind(c)
-         import :: c_double, c_int32_t, c_ptr, status_t
-         type(c_ptr), value :: section
-         integer(c_int32_t), value :: n, convention, threads
-         real(c_double), intent(in) :: x(*), u(*), rotations(*)
-         real(c_double), intent(in), optional :: state(*), direction(*)
-         real(c_double), intent(out), optional :: energy(*), force(*), tangent(*)
-         integer(c_int32_t), intent(out), optional :: codes(*)
-         type(status_t), intent(out) :: status
-         integer(c_int32_t) :: code
-      end function finshell_evaluate
-
-      function finshell_mass_matrix(section, n, x, consistent, lumped, codes, status) result(code) bind(c)
-         import :: c_double, c_int32_t, c_ptr, status_t
-         type(c_ptr), value :: section
-         integer(c_int32_t), value :: n
-         real(c_double), intent(in) :: x(*)
-         real(c_double), intent(out), optional :: consistent(*), lumped(*)
-         integer(c_int32_t), intent(out), optional :: codes(*)
-         type(status_t), intent(out) :: status
-         integer(c_int32_t) :: code
-      end function finshell_mass_matrix
-
-      function finshell_pressure_load(n, pressure, x, u, form, origin, force, stiffness, codes, status) result(code) bind(c)
-         import :: c_double, c_int32_t, status_t
-         integer(c_int32_t), value :: n, form
-         real(c_double), intent(in) :: pressure(*), x(*), u(*)
-         real(c_double), intent(in), optional :: origin(*)
-         real(c_double), intent(out), optional :: force(*), stiffness(*)
-         integer(c_int32_t), intent(out), optional :: codes(*)
-         type(status_t), intent(out) :: status
-         integer(c_int32_t) :: code
-      end function finshell_pressure_load
-
-      function finshell_rotation_exp(n, vector, quaternion, codes, status) result(code) bind(c)
-         import :: c_double, c_int32_t, status_t
-         integer(c_int32_t), value :: n
-         real(c_double), intent(in) :: vector(*)
-         real(c_double), intent(out) :: quaternion(*)
-         integer(c_int32_t), intent(out), optional :: codes(*)
-         type(status_t), intent(out) :: status
-         integer(c_int32_t) :: code
-      end function finshell_rotation_exp
-
-      function finshell_rotation_compose(n, a, b, c, codes, status) result(code) bind(c)
-         import :: c_double, c_int32_t, status_t
-         integer(c_int32_t), value :: n
-         real(c_double), intent(in) :: a(*), b(*)
-         real(c_double), intent(out) :: c(*)
-         integer(c_int32_t), intent(out), optional :: codes(*)
-         type(status_t), intent(out) :: status
-         integer(c_int32_t) :: code
-      end function finshell_rotation_compose
-
-      function finshell_rotation_tangent(n, vector, tangent, codes, status) result(code) bind(c)
-         import :: c_double, c_int32_t, status_t
-         integer(c_int32_t), value :: n
-         real(c_double), intent(in) :: vector(*)
-         real(c_double), intent(out) :: tangent(*)
-         integer(c_int32_t), intent(out), optional :: codes(*)
-         type(status_t), intent(out) :: status
-         integer(c_int32_t) :: code
-      end function finshell_rotation_tangent
-
       integer(c_int) function pthread_mutex_lock(lock) bind(c)
          import :: c_int, c_int64_t
          integer(c_int64_t), intent(inout) :: lock(*)
@@ -279,6 +197,21 @@ contains
       if (rotations >= rotations_added .and. rotations <= rotations_incremental) convention_of = rotations
    end function convention_of
 
+   !> Normals on the side of the triangle's own, which is also the one of a node without (0, 0, 0).
+   pure subroutine complete_normals(x, normal)
+      real(c_double), intent(in) :: x(3, 3)
+      real(c_double), intent(inout) :: normal(3, 3)
+      real(c_double) :: own(3)
+      integer :: k
+      associate (a => x(:, 2) - x(:, 1), b => x(:, 3) - x(:, 1))
+         own = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+      end associate
+      do k = 1, 3
+         if (all(abs(normal(:, k)) <= 0)) normal(:, k) = own
+         if (dot_product(normal(:, k), own) < 0) normal(:, k) = -normal(:, k)
+      end do
+   end subroutine complete_normals
+
    !> What went wrong last, in whatever thread: for a host's own routine (UEXTERNALDB, say) to print.
    subroutine last_message(code, element, text)
       integer, intent(out) :: code !< as in finshell.h, 0: nothing yet
@@ -314,10 +247,11 @@ end module finshell_uel
 subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, coords, mcrd, nnode, u, du, v, a, jtype, time, &
                dtime, kstep, kinc, jelem, params, ndload, jdltyp, adlmag, predef, npredf, lflags, mlvarx, ddlmag, mdload, &
                pnewdt, jprops, njprop, period)
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int32_t, c_null_char, c_ptr
-   use finshell_uel, only: convention_of, finshell_evaluate, finshell_mass_matrix, finshell_pressure_load, &
-      finshell_rotation_compose, finshell_rotation_exp, finshell_rotation_tangent, first_parameter, keep_message, law_count, &
-      not_a_number, rotations_compounded, rotations_incremental, section_for, status_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int32_t, c_loc, c_null_char, c_ptr, c_sizeof
+   use finshell_c, only: finshell_elements, finshell_elements_evaluate, finshell_mass_matrix, finshell_pressure_load, &
+      finshell_rotation_compose, finshell_rotation_exp, finshell_rotation_tangent, finshell_status
+   use finshell_uel, only: complete_normals, convention_of, first_parameter, keep_message, law_count, not_a_number, &
+      rotations_compounded, rotations_incremental, section_for
    implicit none
    integer, intent(in) :: ndofel, nrhs, nsvars, nprops, mcrd, nnode, jtype, kstep, kinc, jelem, ndload, npredf, mlvarx, mdload, &
       njprop
@@ -336,12 +270,11 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
    integer(c_int32_t), parameter :: one = 1, wrong = -1
 
    type(c_ptr) :: section
-   type(status_t) :: status
-   real(c_double) :: x(3, 3), displacement(3, 3), rotation(3, 3), quaternion(4, 3), state(4, 3), next(4, 3)
-   real(c_double) :: force(18), w(1), load(18)
-   real(c_double), target :: axis(3)
-   real(c_double), pointer, contiguous :: direction(:) ! not associated: not present, the library's default
-   integer :: wanted, rotations, m, i
+   type(finshell_status) :: status
+   type(finshell_elements) :: element
+   real(c_double), target :: x(3, 3), displacement(3, 3), rotation(3, 3), quaternion(4, 3), state(4, 3), axis(3), normal(3, 3)
+   real(c_double) :: next(4, 3), force(18), w(1), load(18)
+   integer :: wanted, rotations, behind, i
    integer(c_int32_t) :: code
    logical :: perturbation, with_residual, with_matrix
 
@@ -364,8 +297,9 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
       call refuse('PROPS(1), the number of the law, is not known')
    else if (.not. (props(8) >= 0 .and. props(8) <= rotations_incremental)) then
       call refuse('PROPS(8), the treatment of rotations, is expected to be 1, 2 or 3')
-   else if (nprops /= first_parameter - 1 + nint(props(12)) .and. nprops /= first_parameter + 8 + nint(props(12))) then
-      call refuse('the number of properties is expected to be 12 + PROPS(12), or 9 more with the coordinates of the nodes')
+   else if (all(nprops - (first_parameter - 1 + nint(props(12))) /= [0, 9, 18])) then
+      call refuse('the number of properties is expected to be 12 + PROPS(12), or 9 more with the coordinates of the nodes, '// &
+                  'or 18 more with coordinates and normals')
    else if (nprops == first_parameter - 1 + nint(props(12)) .and. mcrd < 3) then
       call refuse('the host gives no third coordinate: write the nine coordinates of the nodes behind the other properties')
    else if (nint(props(8)) == rotations_incremental .and. nsvars < 12) then
@@ -391,24 +325,39 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
    end if
 
    ! ------------------------------------------------------------------ geometry and rotations
-   m = nint(props(12))
-   if (nprops == first_parameter + 8 + m) then
-      x = reshape(props(first_parameter + m:), [3, 3])
+   behind = first_parameter + nint(props(12)) ! of the properties, where coordinates begin
+   normal = 0
+   if (nprops > behind) then
+      x = reshape(props(behind:), [3, 3])
+      if (nprops > behind + 9) normal = reshape(props(behind + 9:), [3, 3])
    else
       x = coords(:3, :3)
+      if (mcrd >= 6) normal = coords(4:6, :3)
    end if
    do i = 1, 3
       displacement(:, i) = u(6*i - 5:6*i - 3)
       rotation(:, i) = u(6*i - 2:6*i)
    end do
    axis = props(9:11)
-   direction => null()
-   if (any(abs(axis) > 0)) direction => axis
+   element%size = c_sizeof(element)
+   element%n = 1
+   element%threads = 1
+   element%x = c_loc(x)
+   element%u = c_loc(displacement)
+   element%rotations = c_loc(rotation)
+   if (any(abs(axis) > 0)) element%direction = c_loc(axis)
+   if (.not. all(abs(normal) <= 0)) then
+      call complete_normals(x, normal)
+      element%normals = c_loc(normal)
+   end if
    rotations = convention_of(nint(props(8)))
+   element%convention = rotations
    select case (rotations)
    case (rotations_compounded)
       code = finshell_rotation_exp(3, rotation, quaternion, status=status)
+      element%rotations = c_loc(quaternion)
    case (rotations_incremental)
+      element%state = c_loc(state)
       ! in a perturbation step DU is the perturbation, and the base state is the state
       do i = 1, 3
          rotation(:, i) = 0
@@ -436,14 +385,11 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
    if (wanted == want_mass) return
 
    ! ------------------------------------------------------------------ force and stiffness
-   select case (rotations)
-   case (rotations_compounded)
-      code = evaluate(quaternion)
-   case (rotations_incremental)
-      code = evaluate(rotation, state)
-   case default
-      code = evaluate(rotation)
-   end select
+   if (with_matrix) then
+      code = finshell_elements_evaluate(section, element, w, force, amatrx, status=status)
+   else
+      code = finshell_elements_evaluate(section, element, w, force, status=status)
+   end if
    if (code /= 0) then
       call give_up()
       return
@@ -466,19 +412,6 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
    end do
 
 contains
-
-   !> Force and, if wanted, tangent and energy.
-   integer(c_int32_t) function evaluate(turn, from)
-      real(c_double), intent(in) :: turn(:, :)
-      real(c_double), intent(in), optional :: from(4, 3)
-      if (with_matrix) then
-         evaluate = finshell_evaluate(section, one, x, displacement, turn, rotations, from, direction, w, force, amatrx, &
-                                      threads=one, status=status)
-      else
-         evaluate = finshell_evaluate(section, one, x, displacement, turn, rotations, from, direction, w, force, &
-                                      threads=one, status=status)
-      end if
-   end function evaluate
 
    !> Follower pressure: its force and, subtracted from the tangent, its stiffness.
    subroutine add_pressure(pressure, nodal, with_stiffness)

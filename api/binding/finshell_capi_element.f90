@@ -1,11 +1,12 @@
 !> C interface: the element, many at a time. See finshell.h for what the functions promise.
 !>
-!> A C pointer that may be NULL is an optional argument, absent when NULL.
+!> A C pointer that may be NULL is an optional argument, absent when NULL. The short forms make a block of their arguments and go
+!> the same way.
 module finshell_capi_element
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_int32_t, c_ptr
-   use, intrinsic :: iso_fortran_env, only: int64
-   use finshell_batch, only: evaluate_elements, recover_elements, rotation_increment, rotation_quaternion, rotation_vector
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_int32_t, c_null_ptr, c_ptr
+   use finshell_batch, only: evaluate_elements, recover_elements
    use finshell_capi_common, only: accept, c_status_t, judge, refuse, refuse_memory
+   use finshell_capi_elements, only: c_elements_t, complaint, no_handle, read_block, receive, whole_block
    use finshell_capi_handle, only: section_of
    use finshell_environment, only: environment_t, hold, release
    use finshell_mass, only: mass_elements
@@ -14,10 +15,9 @@ module finshell_capi_element
    use finshell_status, only: status_collapsed_element, status_not_a_number, status_ok
    implicit none
    private
-   public :: evaluate, recover, mass, pressure
+   public :: elements_evaluate, elements_recover, evaluate, recover, mass, pressure
 
    integer, parameter :: few = 64 !< elements whose codes need no heap
-   character(len=*), parameter :: no_handle = 'section is no handle: it was destroyed, or finshell_section_create did not make it'
    integer, parameter :: most_threads = 256 !< results do not depend on it; OpenMP ends the program when it gets too few
 
    interface
@@ -29,84 +29,146 @@ module finshell_capi_element
 
 contains
 
-   function evaluate(section, n, x, u, rotations, convention, state, direction, energy, force, tangent, codes, threads, status) &
-      result(code) bind(c, name='finshell_evaluate')
-      type(c_ptr), value :: section
-      integer(c_int32_t), value :: n, convention, threads
-      real(c_double), intent(in), optional :: x(3, 3, n), u(3, 3, n), state(4, 3, n), direction(3, n)
-      real(c_double), intent(in), optional, target :: rotations(*)
-      real(c_double), intent(out), optional :: energy(n), force(18, n), tangent(18, 18, n)
-      integer(c_int32_t), intent(out), optional, target :: codes(n)
+   function elements_evaluate(section, elements, energy, force, tangent, codes, status) result(code) &
+      bind(c, name='finshell_elements_evaluate')
+      type(c_ptr), value :: section, elements
+      real(c_double), intent(out), optional :: energy(*), force(*), tangent(*)
+      integer(c_int32_t), intent(out), optional :: codes(*)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      character(len=*), parameter :: place = 'finshell_evaluate'
+      character(len=*), parameter :: place = 'finshell_elements_evaluate'
+      type(c_elements_t) :: block
+      code = read_block(place, elements, block, status)
+      if (code == status_ok) code = evaluate_given(place, section, block, energy, force, tangent, codes, status)
+   end function elements_evaluate
+
+   function elements_recover(section, elements, stretch, membrane_force, moment, stress, codes, status) result(code) &
+      bind(c, name='finshell_elements_recover')
+      type(c_ptr), value :: section, elements
+      real(c_double), intent(out), optional :: stretch(*), membrane_force(*), moment(*), stress(*)
+      integer(c_int32_t), intent(out), optional :: codes(*)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      character(len=*), parameter :: place = 'finshell_elements_recover'
+      type(c_elements_t) :: block
+      code = read_block(place, elements, block, status)
+      if (code == status_ok) code = recover_given(place, section, block, stretch, membrane_force, moment, stress, codes, status)
+   end function elements_recover
+
+   function evaluate(section, n, x, u, rotations, convention, state, direction, energy, force, tangent, codes, threads, status) &
+      result(code) bind(c, name='finshell_evaluate')
+      type(c_ptr), value :: section, x, u, rotations, state, direction
+      integer(c_int32_t), value :: n, convention, threads
+      real(c_double), intent(out), optional :: energy(*), force(*), tangent(*)
+      integer(c_int32_t), intent(out), optional :: codes(*)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      type(c_elements_t) :: block
+      block = c_elements_t(whole_block(), n, convention, threads, 0, x, u, rotations, state, direction)
+      code = evaluate_given('finshell_evaluate', section, block, energy, force, tangent, codes, status)
+   end function evaluate
+
+   function recover(section, n, x, u, rotations, convention, state, direction, stretch, membrane_force, moment, stress, codes, &
+                    status) result(code) bind(c, name='finshell_recover')
+      type(c_ptr), value :: section, x, u, rotations, state, direction
+      integer(c_int32_t), value :: n, convention
+      real(c_double), intent(out), optional :: stretch(*), membrane_force(*), moment(*), stress(*)
+      integer(c_int32_t), intent(out), optional :: codes(*)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      type(c_elements_t) :: block
+      block = c_elements_t(whole_block(), n, convention, 1, 0, x, u, rotations, state, direction)
+      code = recover_given('finshell_recover', section, block, stretch, membrane_force, moment, stress, codes, status)
+   end function recover
+
+   function evaluate_given(place, section, block, energy, force, tangent, codes, status) result(code)
+      character(len=*), intent(in) :: place
+      type(c_ptr), intent(in) :: section
+      type(c_elements_t), intent(in) :: block
+      real(c_double), intent(out), optional :: energy(block%n), force(18, block%n), tangent(18, 18, block%n)
+      integer(c_int32_t), intent(out), optional, target :: codes(block%n)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
       type(section_t), pointer :: s
-      real(c_double), pointer, contiguous :: r(:, :, :)
+      real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
+      real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
+      logical, allocatable :: straight(:, :)
       integer(c_int32_t), target :: local(few)
       integer(c_int32_t), allocatable, target :: many(:)
       integer(c_int32_t), pointer, contiguous :: found(:)
       integer :: memory, team
 
-      code = check_motion(place, section, n, present(x), present(u), present(rotations), convention, present(state), status)
-      if (code /= status_ok) return
-      if (threads < 0) then
-         code = refuse(status, place, 'threads is #, expected 0 (as OpenMP chooses) or a positive number', threads)
-         return
-      end if
-      if (n == 0) return
-      s => section_of(section)
-      call shape_rotations(rotations, convention, n, r)
+      code = receive(place, section, block, s, x, u, r, state, direction, normal, toward, straight, status)
+      if (code /= status_ok .or. block%n == 0) return
       if (present(codes)) then
          found => codes
-      else if (n <= few) then
-         found => local(:n)
+      else if (block%n <= few) then
+         found => local(:block%n)
       else
-         allocate (many(n), stat=memory)
+         allocate (many(block%n), stat=memory)
          if (memory /= 0) then
             code = refuse_memory(status, place)
             return
          end if
          found => many
       end if
-      if (threads == 0 .and. .not. forked()) then
-         call evaluate_elements(s, n, x, u, r, convention, found, energy, force, tangent, direction, state=state)
+      if (block%threads == 0 .and. .not. forked()) then
+         call evaluate_elements(s, block%n, x, u, r, block%convention, found, energy, force, tangent, direction, state=state, &
+                                toward=toward, straight=straight, normal=normal)
       else
-         team = min(threads, most_threads)
+         team = min(block%threads, most_threads)
          if (team > 1) team = merge(1, team, forked())
-         call evaluate_elements(s, n, x, u, r, convention, found, energy, force, tangent, direction, max(1, team), state)
+         call evaluate_elements(s, block%n, x, u, r, block%convention, found, energy, force, tangent, direction, max(1, team), &
+                                state, toward=toward, straight=straight, normal=normal)
       end if
-      code = judge(status, place, n, found)
-   end function evaluate
+      code = conclude(place, block, found, status)
+   end function evaluate_given
 
-   function recover(section, n, x, u, rotations, convention, state, direction, stretch, membrane_force, moment, stress, codes, &
-                    status) result(code) bind(c, name='finshell_recover')
-      type(c_ptr), value :: section
-      integer(c_int32_t), value :: n, convention
-      real(c_double), intent(in), optional :: x(3, 3, n), u(3, 3, n), state(4, 3, n), direction(3, n)
-      real(c_double), intent(in), optional, target :: rotations(*)
-      real(c_double), intent(out), optional :: stretch(n), membrane_force(3, n), moment(3, n), stress(3, 3, n)
-      integer(c_int32_t), intent(out), optional :: codes(n)
+   function recover_given(place, section, block, stretch, membrane_force, moment, stress, codes, status) result(code)
+      character(len=*), intent(in) :: place
+      type(c_ptr), intent(in) :: section
+      type(c_elements_t), intent(in) :: block
+      real(c_double), intent(out), optional :: stretch(block%n), membrane_force(3, block%n), moment(3, block%n), &
+                                               stress(3, 3, block%n)
+      integer(c_int32_t), intent(out), optional :: codes(block%n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      character(len=*), parameter :: place = 'finshell_recover'
       type(section_t), pointer :: s
-      real(c_double), pointer, contiguous :: r(:, :, :)
+      real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
+      real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
+      logical, allocatable :: straight(:, :)
       integer(c_int32_t), allocatable :: found(:)
       integer :: memory
 
-      code = check_motion(place, section, n, present(x), present(u), present(rotations), convention, present(state), status)
-      if (code /= status_ok .or. n == 0) return
-      s => section_of(section)
-      call shape_rotations(rotations, convention, n, r)
-      allocate (found(n), stat=memory)
+      code = receive(place, section, block, s, x, u, r, state, direction, normal, toward, straight, status)
+      if (code /= status_ok .or. block%n == 0) return
+      allocate (found(block%n), stat=memory)
       if (memory /= 0) then
          code = refuse_memory(status, place)
          return
       end if
-      call recover_elements(s, n, x, u, r, convention, found, stretch, membrane_force, moment, stress, direction, state)
+      call recover_elements(s, block%n, x, u, r, block%convention, found, stretch, membrane_force, moment, stress, direction, &
+                            state, straight=straight, normal=normal)
       if (present(codes)) codes = found
-      code = judge(status, place, n, found)
-   end function recover
+      code = conclude(place, block, found, status)
+   end function recover_given
+
+   !> What a call returns.
+   function conclude(place, block, codes, status) result(code)
+      character(len=*), intent(in) :: place
+      type(c_elements_t), intent(in) :: block
+      integer(c_int32_t), intent(in) :: codes(:)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      type(environment_t) :: environment
+      if (all(codes >= status_ok)) then
+         code = judge(status, place, block%n, codes)
+      else
+         call hold(environment)
+         code = judge(status, place, block%n, codes, complaint(block, codes))
+         call release(environment)
+      end if
+   end function conclude
 
    function mass(section, n, x, consistent, lumped, codes, status) result(code) bind(c, name='finshell_mass_matrix')
       type(c_ptr), value :: section
@@ -226,43 +288,4 @@ contains
          code = accept(status)
       end if
    end function check_batch
-
-   !> What is needed to describe a motion is there.
-   function check_motion(place, section, n, has_x, has_u, has_rotations, convention, has_state, status) result(code)
-      character(len=*), intent(in) :: place
-      type(c_ptr), intent(in) :: section
-      integer(c_int32_t), intent(in) :: n, convention
-      logical, intent(in) :: has_x, has_u, has_rotations, has_state
-      type(c_status_t), intent(out), optional :: status
-      integer(c_int32_t) :: code
-      code = check_batch(place, n, status)
-      if (code /= status_ok) return
-      if (.not. c_associated(section)) then
-         code = refuse(status, place, 'section is NULL')
-      else if (.not. associated(section_of(section))) then
-         code = refuse(status, place, no_handle)
-      else if (convention < rotation_vector .or. convention > rotation_increment) then
-         code = refuse(status, place, 'convention is #, expected 1 (vector), 2 (quaternion) or 3 (increment)', convention)
-      else if (n == 0) then
-         return
-      else if (.not. has_x) then
-         code = refuse(status, place, 'X is NULL')
-      else if (.not. has_u) then
-         code = refuse(status, place, 'u is NULL')
-      else if (.not. has_rotations) then
-         code = refuse(status, place, 'rotations is NULL')
-      else if (convention == rotation_increment .and. .not. has_state) then
-         code = refuse(status, place, 'state is NULL, and rotation increments need it')
-      end if
-   end function check_motion
-
-   !> Rotations with their shape: (4, 3, n) quaternions or (3, 3, n) vectors.
-   subroutine shape_rotations(rotations, convention, n, r)
-      real(c_double), intent(in), target :: rotations(*)
-      integer(c_int32_t), intent(in) :: convention, n
-      real(c_double), pointer, contiguous, intent(out) :: r(:, :, :)
-      integer :: c
-      c = merge(4, 3, convention == rotation_quaternion)
-      r(1:c, 1:3, 1:n) => rotations(:3_int64*c*n)
-   end subroutine shape_rotations
 end module finshell_capi_element

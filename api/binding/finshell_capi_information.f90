@@ -12,7 +12,7 @@ module finshell_capi_information
    public :: version_text, abi, processor, message, material_count, material_name, parameter_count, parameter_information
    public :: c_parameter_t
 
-   integer(c_int32_t), parameter :: abi_number = 1 !< FINSHELL_ABI of the header, SOVERSION of the library
+   integer(c_int32_t), parameter :: abi_number = 2 !< FINSHELL_ABI of the header, SOVERSION of the library
    integer, parameter :: name_size = 32, meaning_size = 128
 
    !> finshell_parameter of the header.

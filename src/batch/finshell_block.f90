@@ -100,6 +100,11 @@ contains
             least = min(least, square)
          end do
       end if
+      if (block%has_toward) then
+         do c = 1, 18
+            most = most + block%toward(:, c)**2
+         end do
+      end if
       changed = .false.
       if (all((tx + tu <= 0) .and. most < usual_length .and. least > 1/usual_length)) return
 
@@ -122,6 +127,11 @@ contains
             call check_length(3, block%normal(:, :, j), status, changed)
          end if
       end do
+      if (block%has_toward) then
+         do c = 1, 18
+            tr = tr + 0*block%toward(:, c)
+         end do
+      end if
       ignored = status_ok ! a direction of zeros is an error only where it is needed
       call check_length(3, block%direction, ignored, changed)
       where (.not. tx + tu + tr <= 0) status = status_not_a_number

@@ -103,6 +103,7 @@ contains
                     text_of(size(parameter_values))//' values')
          return
       end if
+      allocate (values(size(parameters)))
       values = parameters%default
       allocate (given(size(parameters)), source=.false.)
       do i = 1, size(parameter_names)

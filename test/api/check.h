@@ -76,6 +76,8 @@ static inline int finish(void)
 typedef struct {
    int32_t n;
    double *X, *u, *vector, *quaternion, *direction; /* [n][3][3], [n][3][3], [n][3][3], [n][3][4], [n][3] */
+   double *toward;                                  /* [n][18] displacements and spins */
+   double *normals, *facets; /* [n][3][3] of a curved surface: to some 20 degrees from the facets', of any length; of the facets */
 } patch;
 
 static inline double noise(uint32_t *seed)
@@ -94,6 +96,9 @@ static inline patch new_patch(int32_t n, uint32_t seed)
    p.vector = malloc(sizeof(double) * 9 * n);
    p.quaternion = malloc(sizeof(double) * 12 * n);
    p.direction = malloc(sizeof(double) * 3 * n);
+   p.toward = malloc(sizeof(double) * 18 * n);
+   p.normals = malloc(sizeof(double) * 9 * n);
+   p.facets = malloc(sizeof(double) * 9 * n);
    for (int32_t e = 0; e < n; e++) {
       double t[3], q[4], r[3][3];
       for (int c = 0; c < 3; c++) t[c] = 3 * noise(&seed);
@@ -114,6 +119,17 @@ static inline patch new_patch(int32_t n, uint32_t seed)
          }
       }
       for (int c = 0; c < 3; c++) p.direction[3 * e + c] = 1 + noise(&seed);
+      const double *x = p.X + 9 * e;
+      uint32_t other = seed;
+      for (int i = 0; i < 18; i++) p.toward[18 * e + i] = 0.01 * noise(&other);
+      for (int c = 0; c < 3; c++) {
+         int a = (c + 1) % 3, b = (c + 2) % 3;
+         double normal = (x[3 + a] - x[a]) * (x[6 + b] - x[b]) - (x[3 + b] - x[b]) * (x[6 + a] - x[a]);
+         for (int i = 0; i < 3; i++) {
+            p.facets[9 * e + 3 * i + c] = (i + 1) * normal;
+            p.normals[9 * e + 3 * i + c] = (i + 1) * (normal + 0.4 * noise(&other));
+         }
+      }
    }
    finshell_rotation_exp(3 * n, p.vector, p.quaternion, NULL, NULL);
    return p;
@@ -126,6 +142,26 @@ static inline void free_patch(patch p)
    free(p.vector);
    free(p.quaternion);
    free(p.direction);
+   free(p.toward);
+   free(p.normals);
+   free(p.facets);
+}
+
+/* The patch as the block of a call. */
+static inline finshell_elements block_of(patch p, int convention, const double *normals)
+{
+   finshell_elements b = {0};
+   b.size = sizeof b;
+   b.n = p.n;
+   b.convention = convention;
+   b.threads = 1;
+   b.X = p.X;
+   b.u = p.u;
+   b.rotations = convention == FINSHELL_ROTATION_QUATERNION ? p.quaternion : p.vector;
+   b.state = p.quaternion;
+   b.direction = p.direction;
+   b.normals = normals;
+   return b;
 }
 
 /* A Mooney-Rivlin section, and an anisotropic one of three layers. */

@@ -41,7 +41,7 @@ def programs():
     return dict(re.findall(r"^```(c|fortran|python)\n(.*?)^```$", text, re.M | re.S))
 
 
-def layers_fragment():
-    """The lines of C in the section on layers of the guide."""
+def fragment(title):
+    """The lines of C in a section of the guide."""
     with open(os.path.join(SOURCE, "doc", "c_api.md"), encoding="utf-8") as f:
-        return re.search(r"## Layers\s+```c\n(.*?)^```$", f.read(), re.M | re.S).group(1)
+        return re.search(rf"## {title}.*?\n.*?```c\n(.*?)^```$", f.read(), re.M | re.S).group(1)

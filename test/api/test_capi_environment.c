@@ -82,6 +82,7 @@ static void all(const finshell_section *s, patch p, const char *what)
    int32_t n = p.n;
    double *energy = malloc(sizeof(double) * n), *force = malloc(sizeof(double) * 18 * n), *k = malloc(sizeof(double) * 324 * n);
    double *stress = malloc(sizeof(double) * 9 * n), *pressure = malloc(sizeof(double) * n), total = 0;
+   finshell_status status;
    for (int convention = 1; convention <= 3; convention++) {
       const double *r = convention == FINSHELL_ROTATION_QUATERNION ? p.quaternion : p.vector;
       for (int threads = 1; threads <= 4; threads += 3) {
@@ -94,6 +95,17 @@ static void all(const finshell_section *s, patch p, const char *what)
       }
       finshell_recover(s, n, p.X, p.u, r, convention, p.quaternion, p.direction, pressure, force, force, stress, NULL, NULL);
       undisturbed(what, 30 + convention);
+      outside();
+      for (int i = 0; i < 324 * n; i++) total += 0 * k[i];
+      finshell_elements b = block_of(p, convention, p.normals);
+      inside();
+      for (b.threads = 1; b.threads <= 4; b.threads += 3) {
+         b.toward = p.toward;
+         finshell_elements_evaluate(s, &b, energy, force, k, NULL, &status);
+         undisturbed(what, 50 + convention);
+         finshell_elements_recover(s, &b, pressure, force, force, stress, NULL, &status);
+         undisturbed(what, 60 + convention);
+      }
       outside();
       for (int i = 0; i < 324 * n; i++) total += 0 * k[i];
       for (int i = 0; i < n; i++) total += 0 * energy[i] + 0 * pressure[i];
@@ -147,6 +159,9 @@ static patch spoiled_patch(int32_t n, uint32_t seed, int how)
          case 7: for (int i = 0; i < 9; i += 3) x[i + c] *= value, u[i + c] *= value; break; /* another unit of length */
          case 8: for (int i = 0; i < 4; i++) q[4 * c + i] *= value; break;
          case 9: d[c] *= value; break;
+         case 14: for (int i = 0; i < 9; i += 3) p.normals[9 * e + i + c] *= value; break;
+         case 15: p.toward[18 * e + 5 * c] = value; break;
+         case 16: p.normals[9 * e + 6 + c] *= -1; break; /* away from the triangle's */
          case 10: u[3 + c] = 50 * (x[3 + c] - x[c]); u[6 + c] = -0.98 * (x[6 + c] - x[c]); break;
          case 11: for (int i = 0; i < 9; i += 3) u[i + c] = 3 * (e + 1) * noise(&seed); break;
          case 12: t[c] = 7 * noise(&seed); q[c + 1] = 4 * noise(&seed); break;
@@ -168,7 +183,7 @@ int main(void)
       undisturbed("material_name", i);
       for (int formulation = 1; formulation <= 2; formulation++) {
          finshell_section *s = section_of(law, i % 2 ? 0.01 : 0.3, formulation);
-         for (int how = 0; how < 14; how++) {
+         for (int how = 0; how < 17; how++) {
             snprintf(what, sizeof what, "%s, formulation %d, spoiled %d:", law, formulation, how);
             patch p = spoiled_patch(how == 5 ? 1001 : 35, 7 + how, how);
             all(s, p, what);

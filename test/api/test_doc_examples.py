@@ -104,14 +104,31 @@ class Examples(unittest.TestCase):
                 installed.run("cmake", "--build", build)
                 self.check(installed.run(os.path.join(build, "program"), env=self.environment))
 
-    def test_layers_of_the_guide(self):
-        with open(self.path("layers.c"), "w", encoding="utf-8") as f:
+    def run_fragment(self, title, before="", printed=""):
+        """The lines of C of a section of the guide, with what they take for granted; what they print."""
+        with open(self.path("fragment.c"), "w", encoding="utf-8") as f:
             f.write("#include <finshell.h>\n#include <stdio.h>\nint main(void)\n{\nint32_t code; finshell_section *section;\n"
-                    "finshell_status status;\n" + installed.layers_fragment() +
+                    "finshell_status status;\n" + before + installed.fragment(title) + printed +
                     'finshell_section_destroy(section);\nprintf("%s", status.message);\nreturn code;\n}\n')
         installed.run(installed.CC, "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *self.pkg_config("--cflags"),
-                      self.path("layers.c"), "-o", self.path("layers"), *self.pkg_config("--libs"))
-        self.assertEqual(installed.run(self.path("layers"), env=self.environment), "")
+                      self.path("fragment.c"), "-o", self.path("fragment"), *self.pkg_config("--libs"))
+        return installed.run(self.path("fragment"), env=self.environment)
+
+    def test_layers_of_the_guide(self):
+        self.assertEqual(self.run_fragment("Layers"), "")
+
+    def test_normals_of_the_guide(self):
+        # a sphere blown up by 1 %: N = E h / (1 - nu) times the Green-Lagrange strain, everywhere, and no bending
+        before = """const char *names[] = {"e", "nu"};
+const double values[] = {1000.0, 0.3};
+const double X[1][3][3] = {{{6, 0, 8}, {0, 6, 8}, {0, 0, 10}}};
+double u[1][3][3], t[1][3][3] = {{{0}}}, energy[1], force[1][18], tangent[1][18][18], membrane_force[1][3];
+for (int i = 0; i < 3; i++) for (int c = 0; c < 3; c++) u[0][i][c] = 0.01 * X[0][i][c];
+code = finshell_section_create("linear_elastic", 2, names, values, 0.1, 0, NULL, NULL, &section, &status);
+"""
+        printed = 'printf("%.12f %.12f", membrane_force[0][0], membrane_force[0][1]);\n'
+        for value in self.run_fragment("Curved shells", before, printed).split():
+            self.assertAlmostEqual(float(value), 1000 * 0.1 / 0.7 * 0.5 * (1.01**2 - 1), delta=1e-11)
 
 
 if __name__ == "__main__":

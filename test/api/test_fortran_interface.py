@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """api/finshell_c.f90, the C interface for any Fortran compiler: it says what the header says, and programs that use it compute
 what a program in C does, with the compiler of the library and with flang when it is installed."""
+import ctypes
+import importlib.util
 import os
 import re
 import shutil
@@ -14,6 +16,7 @@ import installed  # noqa: E402
 MODULE = os.path.join(installed.SOURCE, "api", "finshell_c.f90")
 LIBRARY = os.environ.get("FINSHELL_LIB", "")
 FLANG = next((path for path in map(shutil.which, ("flang-new", "flang", "flang-new-19", "flang-19")) if path), None)
+STRUCTURES = ("status", "parameter", "layer", "elements")
 # What an argument of the header is in Fortran (name left out).
 KINDS = {
     "int32_t": "integer(c_int32_t), value", "double": "real(c_double), value",
@@ -23,15 +26,18 @@ KINDS = {
     "const char *const *": "type(c_ptr), intent(in), optional (*)", "const finshell_section *": "type(c_ptr), value",
     "finshell_section *": "type(c_ptr), value", "finshell_section **": "type(c_ptr), intent(out)",
     "const finshell_layer *": "type(finshell_layer), intent(in), optional (*)",
+    "const finshell_elements *": "type(finshell_elements), intent(in)",
     "finshell_parameter *": "type(finshell_parameter), intent(out), optional"}
 PROGRAM = """program square
-   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr, c_sizeof
    use finshell_c
    implicit none
    character(kind=c_char, len=4), target :: names(2) = ['c10'//c_null_char, 'c01'//c_null_char]
    type(c_ptr) :: section
    type(finshell_status) :: status
-   real(c_double) :: x(3, 3, 2), u(3, 3, 2), t(3, 3, 2), energy(2), force(18, 2), tangent(18, 18, 2)
+   type(finshell_elements) :: elements
+   real(c_double), target :: x(3, 3, 2), u(3, 3, 2), t(3, 3, 2), normals(3, 3, 2)
+   real(c_double) :: energy(2), force(18, 2), tangent(18, 18, 2), again(18, 2), moment(3, 2)
    integer(c_int32_t) :: code
 
    if (finshell_abi() /= finshell_abi_number) error stop 'library and module do not fit'
@@ -45,6 +51,23 @@ PROGRAM = """program square
    if (code /= finshell_ok) error stop 'no section'
    code = finshell_evaluate(section, 2, x, u, t, finshell_rotation_vector, energy=energy, force=force, tangent=tangent, &
                             threads=1, status=status)
+   elements%size = c_sizeof(elements)
+   elements%n = 2
+   elements%convention = finshell_rotation_vector
+   elements%threads = 1
+   elements%x = c_loc(x)
+   elements%u = c_loc(u)
+   elements%rotations = c_loc(t)
+   normals = spread(reshape([0, 0, 0, 0, 0, 0, 1, 1, 1], [3, 3], order=[2, 1]), 3, 2)
+   elements%normals = c_loc(normals)
+   if (finshell_elements_evaluate(section, elements, force=again, status=status) /= finshell_ok) error stop 'block refused'
+   if (any(abs(force - again) > 1e-13_c_double)) error stop 'flat elements differ'
+   normals(1, 1, :) = 0.3_c_double
+   if (finshell_elements_evaluate(section, elements, force=again) /= finshell_ok) error stop 'curved block refused'
+   if (.not. all(abs(force - again) > 0)) error stop 'normals do not count'
+   if (finshell_elements_recover(section, elements, moment=moment) /= finshell_ok) error stop 'not recovered'
+   elements%size = elements%size + 1
+   if (finshell_elements_recover(section, elements, moment=moment) /= finshell_invalid_argument) error stop 'wrong size taken'
    call finshell_section_destroy(section)
    if (code /= finshell_ok .or. status%index /= -1) error stop 'not evaluated'
    print '(a, es21.14)', 'energy ', sum(energy)
@@ -93,11 +116,48 @@ class Interface(unittest.TestCase):
         self.assertIn(f"finshell_abi_number = {re.search(r'FINSHELL_ABI (.)', self.header).group(1)}\n", self.module)
 
     def test_structures(self):
-        for name in ("status", "parameter", "layer"):
+        for name in STRUCTURES:
             fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.header, re.S).group(1)
             names = [re.search(r"(\w+)(\[\d+\])?$", f.strip()).group(0).replace("[", "(").replace("]", ")") for f in fields.split(";") if f.strip()]
+            names = [n.lower() for n in names]
             body = re.search(rf"type, bind\(c\) :: finshell_{name}\n(.*?)\n *end type", self.module, re.S).group(1)
-            self.assertEqual([line.split("::")[1].strip() for line in body.splitlines()], names)
+            self.assertEqual([re.sub(r" = .*", "", line.split("::")[1]).strip() for line in body.splitlines()], names)
+
+    def test_layout(self):
+        # size of each structure and place of each member, by the compilers of C and Fortran and by ctypes
+        members = {}
+        for name in STRUCTURES:
+            fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.header, re.S).group(1)
+            members[name] = re.findall(r"(\w+)(?:\[\d+\])?;", fields)
+        self.assertEqual(members["elements"][:3] + members["elements"][-1:], ["size", "n", "convention", "straight"])
+        c = ["#include <finshell.h>", "#include <stddef.h>", "#include <stdio.h>", "int main(void)", "{"]
+        fortran = ["program layout", "use, intrinsic :: iso_c_binding", "use finshell_c", "implicit none"]
+        fortran += [f"type(finshell_{name}), target :: {name}_" for name in members]
+        for name, fields in members.items():
+            c.append(f'printf("{name} %d\\n", (int)sizeof(finshell_{name}));')
+            c += [f'printf("{name}.{field} %d\\n", (int)offsetof(finshell_{name}, {field}));' for field in fields]
+            fortran.append(f"print '(a, i0)', '{name} ', c_sizeof({name}_)")
+            fortran += [f"print '(a, i0)', '{name}.{field} ', transfer(c_loc({name}_%{field}), 0_c_intptr_t) &\n"
+                        f"   - transfer(c_loc({name}_), 0_c_intptr_t)" for field in fields]
+        with tempfile.TemporaryDirectory() as folder:
+            for file, lines in (("layout.c", c + ["return 0;", "}"]), ("layout.f90", fortran + ["end program layout"])):
+                with open(os.path.join(folder, file), "w", encoding="utf-8") as f:
+                    f.write("\n".join(lines) + "\n")
+            installed.run(installed.CC, "-std=c99", f"-I{installed.SOURCE}/api", "layout.c", "-o", "layout_c", cwd=folder)
+            installed.run(installed.FC, MODULE, "layout.f90", "-o", "layout_f", cwd=folder)
+            found = [installed.run(os.path.join(folder, program)).split("\n") for program in ("layout_c", "layout_f")]
+        self.assertEqual(found[0], found[1])
+        self.assertEqual(len(found[0]) - 1, sum(map(len, members.values())) + len(members))
+        if importlib.util.find_spec("numpy"):
+            sys.path.insert(0, os.path.join(installed.SOURCE, "api", "python"))
+            from finshell import _library
+            by_ctypes = {"status": _library.Status, "parameter": _library.CParameter, "layer": _library.CLayer,
+                         "elements": _library.CElements}
+            lines = []
+            for name, fields in members.items():
+                lines.append(f"{name} {ctypes.sizeof(by_ctypes[name])}")
+                lines += [f"{name}.{field} {getattr(by_ctypes[name], field).offset}" for field in fields]
+            self.assertEqual(found[0][:-1], lines)
 
     def run_program(self, compiler, *options):
         with tempfile.TemporaryDirectory() as folder:

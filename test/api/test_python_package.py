@@ -49,7 +49,7 @@ class Header(unittest.TestCase):
                  "int32_t *": _library._C, "finshell_status *": _library._S, "const char *": ctypes.c_char_p, "char *": ctypes.c_char_p,
                  "const finshell_section *": ctypes.c_void_p, "finshell_section *": ctypes.c_void_p,
                  "finshell_section **": ctypes.POINTER(ctypes.c_void_p), "const char *const *": _library._N,
-                 "const finshell_layer *": ctypes.POINTER(_library.CLayer),
+                 "const finshell_layer *": ctypes.POINTER(_library.CLayer), "const finshell_elements *": _library._E,
                  "finshell_parameter *": ctypes.POINTER(_library.CParameter), "void": None}
         found = re.findall(r"^(const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.text, re.M)
         self.assertEqual({name for _, name, _ in found}, set(_library._PROTOTYPES))
@@ -60,7 +60,8 @@ class Header(unittest.TestCase):
                 self.assertEqual(_library._PROTOTYPES[name], (kinds[result.strip()], types))
 
     def test_structures(self):
-        for name, structure in (("status", _library.Status), ("layer", _library.CLayer), ("parameter", _library.CParameter)):
+        for name, structure in (("status", _library.Status), ("layer", _library.CLayer), ("parameter", _library.CParameter),
+                                ("elements", _library.CElements)):
             fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.text, re.S).group(1)
             names = [re.search(r"(\w+)(\[\d+\])?$", f.strip()).group(1) for f in fields.split(";") if f.strip()]
             self.assertEqual([f[0] for f in structure._fields_], names)
@@ -134,6 +135,66 @@ class Elements(unittest.TestCase):
             section.evaluate(SQUARE, u, t)
         self.assertNotIsInstance(caught.exception, finshell.Recoverable)
         self.assertEqual((caught.exception.code, caught.exception.index, caught.exception.failed), (-3, 0, 2))
+
+    def test_normals(self):
+        u, t = bent()
+        section = rubber()
+        flat = np.tile([0, 0, 2.0], (2, 3, 1))
+        curved = flat + 0.3 * np.random.default_rng(3).normal(size=flat.shape)
+        a, b = section.evaluate(SQUARE, u, t), section.evaluate(SQUARE, u, t, normals=flat)
+        self.assertTrue((a.tangent == b.tangent).all() and (a.force == b.force).all() and (a.energy == b.energy).all())
+        c = section.evaluate(SQUARE, u, t, normals=curved, threads=2)
+        self.assertFalse((a.force == c.force).any())
+        np.testing.assert_allclose(section.evaluate(SQUARE, u, t, normals=(3 * curved).tolist()).force, c.force, atol=1e-12)
+        self.assertTrue((section.recover(SQUARE, u, t).moment == section.recover(SQUARE, u, t, normals=flat).moment).all())
+        self.assertFalse((section.recover(SQUARE, u, t).moment == section.recover(SQUARE, u, t, normals=curved).moment).all())
+        with self.assertRaisesRegex(ValueError, r"normals has the shape \(2, 3\), expected \(2, 3, 3\)"):
+            section.evaluate(SQUARE, u, t, normals=flat[:, 0])
+        curved[1, 2] = [1, 0, -1]
+        for call in (section.evaluate, section.recover):
+            with self.assertRaisesRegex(finshell.Error, r"element 1 \(from 0\): the normal at node 2 \(from 0\) is 135.0 degrees") as caught:
+                call(SQUARE, u, t, normals=curved)
+            self.assertEqual((caught.exception.code, caught.exception.index, caught.exception.failed), (-1, 1, 1))
+
+    def test_curved_golden(self):
+        with open(os.path.join(SOURCE, "test", "data", "element_golden_curved.txt"), encoding="utf-8") as f:
+            lines = [line.split(None, 1) for line in f if not line.startswith("#")]
+        cases = [dict(lines[i:i + 8]) for i in range(0, len(lines), 8)]
+        self.assertEqual(len(cases), 16)
+        for case in cases:
+            law = ("mooney_rivlin", {"c10": 80.0, "c01": 20.0}) if "mooney_rivlin c10=80 c01=20" in case["case"] else \
+                ("st_venant_kirchhoff", {"e": 1000.0, "nu": 0.3})
+            self.assertIn("formulation: S; arc: 1; beta0: 0.01", case["case"])
+            X, m, u, q, energy, force, triangle = (np.array(case[k].split(), float) for k in ("X", "m", "u", "q", "energy", "force", "tangent"))
+            r = finshell.Section(*law, 0.1, beta0=0.01, thickness_points=2).evaluate(
+                X.reshape(1, 3, 3), u.reshape(1, 3, 3), q.reshape(1, 3, 4), finshell.Rotation.QUATERNION, normals=m.reshape(1, 3, 3))
+            np.testing.assert_allclose(r.energy, energy, rtol=2e-12)
+            np.testing.assert_allclose(r.force[0], force, rtol=0, atol=2e-12 * abs(force).max())
+            np.testing.assert_allclose(r.tangent[0][np.tril_indices(18)], triangle, rtol=0, atol=2e-12 * abs(triangle).max())
+
+    def test_straight_sides(self):
+        # a side that is not bent: its drilling rotations do no work through the displacement along it
+        u, t = bent()
+        t[:, :, 2] = 0.1 * np.arange(3)
+        section = rubber()
+        free, none = section.evaluate(SQUARE, u, t).force, section.evaluate(SQUARE, u, t, straight=np.zeros((2, 3))).force
+        self.assertTrue((free == none).all())
+        one = section.evaluate(SQUARE, u, t, straight=[[False, True, False], [False, False, False]]).force
+        self.assertTrue((one[1] == free[1]).all())
+        self.assertFalse((one[0] == free[0]).any())
+        self.assertFalse((section.recover(SQUARE, u, t, straight=np.ones((2, 3))).membrane_force
+                          == section.recover(SQUARE, u, t).membrane_force).any())
+
+    def test_toward(self):
+        section = finshell.Section("holzapfel_2005", {"mu": 1.0, "k1": 10.0, "k2": 1.0, "rho": 0.1}, 0.1)
+        rest, motion = np.zeros((2, 3, 3)), np.zeros((2, 18))
+        slack = section.evaluate(SQUARE, rest, rest).tangent
+        motion[:, [6, 12]] = 0.01  # nodes 1 and 2 of the first triangle along its fibres
+        taut = section.evaluate(SQUARE, rest, rest, toward=motion).tangent
+        self.assertGreater(taut[0, 6, 6], 1.5 * slack[0, 6, 6])
+        np.testing.assert_allclose(section.evaluate(SQUARE, rest, rest, toward=-motion).tangent[0], slack[0], atol=1e-12)
+        with self.assertRaisesRegex(finshell.Error, "NaN"):
+            section.evaluate(SQUARE, rest, rest, toward=motion * np.nan)
 
     def test_mass(self):
         section = rubber(density=3.0)
@@ -218,14 +279,14 @@ class Finding(unittest.TestCase):
 
     def test_another_abi(self):
         done = self.python("from finshell import _library as l; l.ABI = 99; l.library()")
-        self.assertIn("has the ABI number 1, this package needs 99", done.stderr)
+        self.assertIn(f"has the ABI number {finshell.ABI}, this package needs 99", done.stderr)
 
     @unittest.skipUnless(os.environ.get("FINSHELL_LIB"), "needs FINSHELL_LIB")
     def test_beside_the_package(self):
         with tempfile.TemporaryDirectory() as folder:
             copy = os.path.join(os.path.realpath(folder), "finshell")
             shutil.copytree(os.path.join(PACKAGE, "finshell"), copy)
-            library = os.path.join(copy, "libfinshell.so.1")
+            library = os.path.join(copy, f"libfinshell.so.{finshell.ABI}")
             shutil.copy(os.environ["FINSHELL_LIB"], library)
             done = self.python("import finshell; print(finshell.version(), finshell.find_library())", folder, FINSHELL_LIB="")
             self.assertEqual(done.stdout.split(), [finshell.__version__, library], msg=done.stderr)
@@ -236,14 +297,14 @@ class Finding(unittest.TestCase):
         # by pkg-config: a folder that nothing else knows
         with tempfile.TemporaryDirectory() as folder:
             folder = os.path.realpath(folder)
-            library = os.path.join(folder, "libfinshell.so.1")
+            library = os.path.join(folder, f"libfinshell.so.{finshell.ABI}")
             shutil.copy(os.environ["FINSHELL_LIB"], library)
             with open(os.path.join(folder, "finshell.pc"), "w", encoding="utf-8") as f:
                 f.write(f"libdir={folder}\nName: finshell\nDescription: a test\nVersion: 1\n")
             done = self.python("import finshell; print(finshell.version(), finshell.find_library())", FINSHELL_LIB="",
                                PKG_CONFIG_PATH=folder)
             self.assertEqual(done.stdout.split()[0], finshell.__version__, msg=done.stderr)
-            if not os.path.exists("/usr/local/lib/libfinshell.so.1"):
+            if not os.path.exists(f"/usr/local/lib/libfinshell.so.{finshell.ABI}"):
                 self.assertEqual(done.stdout.split()[1], library)
 
 
@@ -289,10 +350,20 @@ print(os.waitpid(child, 0)[1])
 
 @unittest.skipUnless(importlib.util.find_spec("scipy"), "scipy is not installed")
 class Example(unittest.TestCase):
-    """examples/cantilever.py against the elastica (test/data/elastica_cantilever_end_shear.csv, force 4)."""
+    """examples/cantilever.py against the elastica (test/data/elastica_cantilever_end_shear.csv, force 4); examples/hemisphere.py
+    against its own limit."""
+
+    @classmethod
+    def setUpClass(cls):
+        sys.path.insert(0, os.path.join(PACKAGE, "examples"))
+
+    def test_hemisphere(self):
+        import hemisphere
+        for cells, facets, normals in ((4, 0.3, 0.03), (8, 0.06, 0.003)):
+            self.assertLess(abs(hemisphere.deflection(cells, True) / 0.0935 - 1), normals)
+            self.assertGreater(abs(hemisphere.deflection(cells, False) / 0.0935 - 1), facets)
 
     def test_cantilever(self):
-        sys.path.insert(0, os.path.join(PACKAGE, "examples"))
         import cantilever
         with open(os.path.join(SOURCE, "test", "data", "elastica_cantilever_end_shear.csv"), encoding="utf-8") as f:
             lines = [line.split(",") for line in f.read().split()]

@@ -20,7 +20,7 @@ CANTILEVER = """
 """ + STEP
 
 HEMISPHERE = """
-&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 8, 8 normals = 'facet' /
+&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 8, 8 normals = '{normals}' /
 &material name = 'elastic' law = 'st_venant_kirchhoff' e = 6.825e7 nu = 0.3 /
 &section material = 'elastic' thickness = 0.04 /
 &support node_set = 'edge_a0' type = 'symmetry_y' /
@@ -44,6 +44,7 @@ class Case:
     triangles: np.ndarray
     displacement: np.ndarray  # of the driver, (nodes, 3)
     rotation: np.ndarray  # rotation vectors of the driver, (nodes, 3)
+    normals: np.ndarray | None = None  # at the nodes of the elements, (elements, 3, 3), of curved ones
     fixed: dict[int, set[int]] = field(default_factory=dict)  # node: degrees of freedom
     loads: list[tuple[int, tuple[float, float, float]]] = field(default_factory=list)
 
@@ -56,10 +57,10 @@ class Case:
         return np.abs(displacement - self.displacement).max() / np.abs(self.displacement).max()
 
 
-def solve(name, folder):
-    """The case, solved by the driver in the given folder."""
+def solve(name, folder, curved=False):
+    """The case, solved by the driver in the given folder; `curved`: the hemisphere with its normals."""
     folder = Path(folder)
-    text = {"cantilever": CANTILEVER, "hemisphere": HEMISPHERE}[name]
+    text = {"cantilever": CANTILEVER, "hemisphere": HEMISPHERE.format(normals="exact" if curved else "facet")}[name]
     (folder / f"{name}.nml").write_text(text)
     run = subprocess.run([os.environ["FINSHELL_BIN"], "run", f"{name}.nml"], cwd=folder, capture_output=True, text=True)
     if run.returncode != 0:
@@ -78,7 +79,7 @@ def solve(name, folder):
         end = np.flatnonzero(x > 10.0 - 1e-6)
         case.loads = [(int(node), (0.0, 0.0, 4.0 / len(end))) for node in end]
     else:
-        case = Case(name, 6.825e7, 0.3, 0.04, points, triangles, displacement, rotation)
+        case = Case(name, 6.825e7, 0.3, 0.04, points, triangles, displacement, rotation, points[triangles] if curved else None)
         case.hold(np.flatnonzero(np.abs(y) < 1e-6), {2, 4, 6})
         case.hold(np.flatnonzero(np.abs(x) < 1e-6), {1, 5, 6})
         a = int(np.argmax(x - 1e3 * (np.abs(y) + np.abs(z))))

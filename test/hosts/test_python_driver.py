@@ -26,7 +26,7 @@ CANTILEVER = """&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 16
 &load type = 'force' node_set = 'edge_x1' vector = 0.0, 0.0, 2.0 /
 &step load_factor = 1.0 tolerance = 'tight' mixed = .true. /
 """
-HEMISPHERE = """&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 8, 8 normals = 'facet' /
+HEMISPHERE = """&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 8, 8 normals = '{normals}' /
 &material name = 'm' law = 'st_venant_kirchhoff' e = 6.825e7 nu = 0.3 /
 &section material = 'm' thickness = 0.04 /
 &support node_set = 'edge_a0' type = 'symmetry_y' /
@@ -50,9 +50,10 @@ def driver(text):
 
 
 class SameAsDriver(unittest.TestCase):
-    def compare(self, text, section, fixed, load, steps):
+    def compare(self, text, section, fixed, load, steps, curved=False):
         nodes, triangles, expected = driver(text)
-        shell = cantilever.Shell(section, nodes, triangles)
+        # a sphere about the origin: positions are normals
+        shell = cantilever.Shell(section, nodes, triangles, nodes[triangles] if curved else None)
         held = np.zeros((len(nodes), 6), dtype=bool)
         force = np.zeros((len(nodes), 6))
         fixed(nodes, held)
@@ -86,7 +87,10 @@ class SameAsDriver(unittest.TestCase):
             force[corner(x, 0), 0] = 200.0
             force[corner(x, 1), 1] = -200.0
 
-        self.compare(HEMISPHERE, finshell.Section("st_venant_kirchhoff", {"e": 6.825e7, "nu": 0.3}, 0.04), fixed, load, 10)
+        section = finshell.Section("st_venant_kirchhoff", {"e": 6.825e7, "nu": 0.3}, 0.04)
+        for normals in ("facet", "exact"):
+            with self.subTest(normals=normals):
+                self.compare(HEMISPHERE.format(normals=normals), section, fixed, load, 10, curved=normals == "exact")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 !> The UEL as its host calls it: recorded arguments of three increments, every LFLAGS(3), failures, threads; against the library.
 program test_uel_arguments
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: real64
    use finshell, only: evaluate_elements, error_t, follower_pressure, formulation_p, mass_elements, material_names, &
       material_parameters, material_t, new_material, new_section, quaternion_product, rotation_increment, rotation_quaternion, &
@@ -35,6 +36,9 @@ program test_uel_arguments
    call pressure()
    call options()
    call coordinates()
+   call normals(rotations=1)
+   call normals(rotations=2)
+   call normals(rotations=3)
    call laws()
    call recoverable()
    call mistakes()
@@ -234,6 +238,75 @@ contains
       call expect(all(behind%rhs(:, 1) /= behind%rhs(:, 1)), 'two coordinates pass', 1, 2)
    end subroutine coordinates
 
+   !> Normals behind the nodal coordinates, or behind the properties: those of the library, of any length and side; at a node
+   !> without one that of the triangle, at nodes without any a flat element.
+   subroutine normals(rotations)
+      integer, intent(in) :: rotations
+      type(answer_t) :: flat, answer, moved
+      real(dp) :: u(18), du(18), state(4, 3), normal(3, 3), given(3, 3), w, f(18), k(18, 18), numerical(18, 18), own(3)
+      real(dp), parameter :: step = 1e-5_dp
+      character(len=200) :: text
+      integer :: code, element, i, j
+      call sample(u)
+      du = merge(0.25_dp, 1.0_dp, rotations == 3)*u
+      state = 0
+      state(1, :) = 1
+      own = [(x(2, 2) - x(2, 1))*(x(3, 3) - x(3, 1)) - (x(3, 2) - x(3, 1))*(x(2, 3) - x(2, 1)), &
+             (x(3, 2) - x(3, 1))*(x(1, 3) - x(1, 1)) - (x(1, 2) - x(1, 1))*(x(3, 3) - x(3, 1)), &
+             (x(1, 2) - x(1, 1))*(x(2, 3) - x(2, 1)) - (x(2, 2) - x(2, 1))*(x(1, 3) - x(1, 1))]
+      normal = sign(1.0_dp, dot_product(own, x(:, 1)))*x ! of the sphere
+      call call_uel(flat, properties(rotations), 1, u, du)
+      do i = 1, 5
+         given = normal
+         select case (i)
+         case (2); given = -7*normal
+         case (3); given(:, 2) = 0
+         case (4); given = 0
+         case (5); given = spread(own, 2, 3)
+         end select
+         if (i == 3) then
+            call library(rotations, u, du, state, w, f, k, reshape([normal(:, 1), own, normal(:, 3)], [3, 3]))
+         else
+            call library(rotations, u, du, state, w, f, k, normal)
+         end if
+         do j = 1, 2
+            answer = answer_t()
+            if (j == 1) then
+               call call_uel(answer, properties(rotations), 1, u, du, mcrd=6, normal=given)
+            else
+               call call_uel(answer, [properties(rotations), reshape(x, [9]), reshape(given, [9])], 1, u, du, mcrd=2)
+            end if
+            if (i <= 3) then
+               call expect(maxval(abs(answer%rhs(:, 1) + f)) <= 1e-13_dp*maxval(abs(f)), 'not the force with normals', rotations, i)
+               call expect(maxval(abs(answer%amatrx - k)) <= 1e-13_dp*maxval(abs(k)), 'not the tangent with normals', rotations, i)
+               call expect(maxval(abs(answer%rhs - flat%rhs)) > 1e-3_dp*maxval(abs(f)), 'normals do not count', rotations, i)
+            else
+               call expect(all(abs(answer%rhs - flat%rhs) <= 0), 'no normals, and another force', rotations, i)
+               call expect(all(abs(answer%amatrx - flat%amatrx) <= 0), 'no normals, and another tangent', rotations, i)
+            end if
+         end do
+      end do
+      if (rotations /= 2) then
+         call library(rotations, u, du, state, w, f, k, normal)
+         do j = 1, 18
+            call call_uel(moved, properties(rotations), 5, u + step*unit(j), du + step*unit(j), mcrd=6, normal=normal)
+            numerical(:, j) = -moved%rhs(:, 1)
+            moved%svars = 0
+            call call_uel(moved, properties(rotations), 5, u - step*unit(j), du - step*unit(j), mcrd=6, normal=normal)
+            numerical(:, j) = (numerical(:, j) + moved%rhs(:, 1))/(2*step)
+            moved%svars = 0
+         end do
+         call expect(maxval(abs(numerical - k)) < 1e-6_dp*maxval(abs(k)), 'AMATRX with normals is not the derivative', rotations, 1)
+      end if
+      given = normal
+      given(1, 3) = ieee_value(given(1, 3), ieee_quiet_nan)
+      answer = answer_t()
+      call call_uel(answer, properties(rotations), 1, u, du, mcrd=6, normal=given)
+      call expect(all(answer%rhs(:, 1) /= answer%rhs(:, 1)), 'a normal that is none passes', rotations, 1)
+      call last_message(code, element, text)
+      call expect(code == -3 .and. index(text, 'NaN') > 0, trim(text), rotations, 2)
+   end subroutine normals
+
    !> Every law of the library has a number, and takes its parameters in the order that README.md says.
    subroutine laws()
       type(answer_t) :: answer
@@ -354,16 +427,18 @@ contains
 
    !> uel_ as the host calls it: an external procedure, addresses and no interface. NDLOAD = 0 unless `load` (type, value,
    !> increment).
-   subroutine call_uel(answer, props, wanted, u, du, procedure, large, perturbation, mcrd, load, keep_pnewdt)
+   subroutine call_uel(answer, props, wanted, u, du, procedure, large, perturbation, mcrd, load, keep_pnewdt, normal)
       type(answer_t), intent(inout) :: answer
       real(dp), intent(in) :: props(:), u(18), du(18)
       integer, intent(in) :: wanted
       integer, intent(in), optional :: procedure, large, perturbation, mcrd
       real(dp), intent(in), optional :: load(3)
       logical, intent(in), optional :: keep_pnewdt
+      real(dp), intent(in), optional :: normal(3, 3) !< with mcrd = 6
       ! allow(C091)
       external :: uel
-      real(dp) :: increments(18, 2), none(18), time(2), adlmag(1, 1), ddlmag(1, 1), coords(3, 3)
+      real(dp) :: increments(18, 2), none(18), time(2), adlmag(1, 1), ddlmag(1, 1)
+      real(dp), allocatable :: coords(:, :)
       integer :: lflags(5), jdltyp(1, 1), loads, dimension
       lflags = [1, 1, wanted, 0, 0]
       if (present(procedure)) lflags(1) = procedure
@@ -375,7 +450,9 @@ contains
       increments(:, 1) = du
       none = 0
       time = [0.5_dp, 0.5_dp]
-      coords = x
+      allocate (coords(dimension, 3))
+      coords(:min(3, dimension), :) = x(:min(3, dimension), :)
+      if (present(normal)) coords(4:6, :) = normal
       loads = 0
       jdltyp = 0
       adlmag = 0
@@ -399,25 +476,28 @@ contains
    end function properties
 
    !> What the library says, in the words of one of the three treatments of rotations.
-   subroutine library(rotations, u, du, state, w, f, k)
+   subroutine library(rotations, u, du, state, w, f, k, normal)
       integer, intent(in) :: rotations
       real(dp), intent(in) :: u(18), du(18), state(4, 3)
       real(dp), intent(out) :: w, f(18), k(18, 18)
+      real(dp), intent(in), optional :: normal(3, 3)
+      real(dp), allocatable :: normals(:, :, :) ! unallocated: absent
       real(dp) :: q(4, 3, 1), energy(1), force(18, 1), tangent(18, 18, 1)
       integer :: status(1), i
+      if (present(normal)) normals = reshape(normal, [3, 3, 1])
       select case (rotations)
       case (1)
          call evaluate_elements(section, 1, reshape(x, [3, 3, 1]), nodal(u, 1), nodal(u, 4), rotation_vector, status, energy, &
-                                force, tangent)
+                                force, tangent, normal=normals)
       case (2)
          do i = 1, 3
             q(:, i, 1) = rotation_vector_to_quaternion(u(6*i - 2:6*i))
          end do
          call evaluate_elements(section, 1, reshape(x, [3, 3, 1]), nodal(u, 1), q, rotation_quaternion, status, energy, force, &
-                                tangent)
+                                tangent, normal=normals)
       case default
          call evaluate_elements(section, 1, reshape(x, [3, 3, 1]), nodal(u, 1), nodal(du, 4), rotation_increment, status, energy, &
-                                force, tangent, state=reshape(state, [4, 3, 1]))
+                                force, tangent, state=reshape(state, [4, 3, 1]), normal=normals)
       end select
       w = energy(1)
       f = force(:, 1)

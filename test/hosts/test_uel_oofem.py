@@ -65,7 +65,8 @@ def input_of(case, folder, increments, rotations):
     for i, p in enumerate(case.points, 1):
         lines.append(f"node {i} coords 3 {' '.join(repr(float(c)) for c in p)}")
     for i, triangle in enumerate(case.triangles, 1):
-        properties = [float(v) for v in [*section, *case.points[triangle].ravel()]]
+        curved = [] if case.normals is None else case.normals[i - 1].ravel()
+        properties = [float(v) for v in [*section, *case.points[triangle].ravel(), *curved]]
         lines.append(f"AbaqusUserElement {i} nodes 3 {' '.join(str(n + 1) for n in triangle)} coords 6 dofs 6 1 2 3 4 5 6 "
                      f"crosssect 1 mat 1 numsvars 12 properties {len(properties)} {' '.join(map(repr, properties))} type 1 "
                      f"uel \"{folder}/libfinshell_uel.so\"")
@@ -99,7 +100,7 @@ def run(case, folder, increments, rotations):
 def check(case, folder, increments, rotations):
     values, history = run(case, folder, increments, rotations)
     error = case.error(values[:, :3])
-    label = f"{case.name}, rotations {('added', 'compounded', 'kept in SVARS')[rotations - 1]}"
+    label = f"{case.name}{'' if case.normals is None else ', curved'}, rotations {('added', 'compounded', 'kept in SVARS')[rotations - 1]}"
     print(f"{label}: {sum(len(h) - 1 for h in history)} iterations in {len(history)} increments, "
           f"difference from the driver {error:.1e}")
     if "-v" in sys.argv:
@@ -133,6 +134,7 @@ def main():
         hemisphere = host_cases.solve("hemisphere", folder)
         failures += check(cantilever, folder, 10, 1)
         failures += check(hemisphere, folder, 20, 1)
+        failures += check(host_cases.solve("hemisphere", folder, curved=True), folder, 20, 1)
         failures += check(cantilever, folder, 10, 3)
     for failure in failures:
         print("FAILED", failure)

@@ -22,7 +22,7 @@ for name in $needed; do
    *) echo "the shared library needs $name"; exit 1 ;;
    esac
 done
-objdump -p "$library" | grep -q 'SONAME *libfinshell.so.1$' || { echo "SONAME is not libfinshell.so.1"; exit 1; }
+objdump -p "$library" | grep -q 'SONAME *libfinshell.so.2$' || { echo "SONAME is not libfinshell.so.2"; exit 1; }
 
 mkdir "$folder/user"
 cat >"$folder/user/CMakeLists.txt" <<'CMAKE'

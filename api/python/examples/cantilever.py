@@ -8,7 +8,7 @@ exact solution of the elastica is a tip displacement of 3.2893 along the beam an
 from __future__ import annotations
 
 import sys
-from typing import List, Tuple
+from typing import List, Optional, Tuple
 
 import finshell
 import numpy as np
@@ -34,8 +34,9 @@ def strip(along: int, across: int) -> Tuple[np.ndarray, np.ndarray]:
 class Shell:
     """A mesh of one section, its state (displacements, quaternions), and its equations: six per node."""
 
-    def __init__(self, section: finshell.Section, nodes: np.ndarray, triangles: np.ndarray) -> None:
-        self.section, self.triangles, self.X = section, triangles, nodes[triangles]
+    def __init__(self, section: finshell.Section, nodes: np.ndarray, triangles: np.ndarray,
+                 normals: Optional[np.ndarray] = None) -> None:
+        self.section, self.triangles, self.X, self.normals = section, triangles, nodes[triangles], normals
         self.u = np.zeros((len(nodes), 3))
         self.q = np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1))
         self.dofs = (6 * triangles[:, :, None] + np.arange(6)).reshape(-1, 18)
@@ -44,7 +45,8 @@ class Shell:
 
     def equations(self) -> Tuple[np.ndarray, sparse.csc_matrix]:
         """Internal force and tangent at the present state."""
-        r = self.section.evaluate(self.X, self.u[self.triangles], self.q[self.triangles], finshell.Rotation.QUATERNION)
+        r = self.section.evaluate(self.X, self.u[self.triangles], self.q[self.triangles], finshell.Rotation.QUATERNION,
+                                  normals=self.normals)
         n = 6 * len(self.u)
         force = np.bincount(self.dofs.ravel(), r.force.ravel(), n)
         return force, sparse.coo_matrix((r.tangent.ravel(), (self.rows, self.columns)), (n, n)).tocsc()

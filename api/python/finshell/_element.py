@@ -5,11 +5,11 @@ import ctypes
 import enum
 import weakref
 from dataclasses import dataclass
-from typing import Any, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._library import (CLayer, Codes, Doubles, Status, array, check, code_pointer, library, pairs, pointer)
+from ._library import (CElements, CLayer, Codes, Doubles, Status, array, check, code_pointer, library, pairs, pointer)
 
 
 class Rotation(enum.IntEnum):
@@ -53,6 +53,24 @@ class Recovery:
     codes: Codes  # (n,)
 
 
+class _Elements:
+    """The argument block of a call, and the arrays it points to."""
+
+    def __init__(self, X: Any, u: Any, rotations: Any, convention: Rotation, threads: int, state: Any, direction: Any,
+                 normals: Any, toward: Any, straight: Any) -> None:
+        X = array("X", X, (-1, 3, 3))
+        self.n = n = len(X)
+        self._arrays = {"X": X, "u": array("u", u, (n, 3, 3)),
+                        "rotations": array("rotations", rotations, (n, 3, 4 if convention == Rotation.QUATERNION else 3))}
+        for name, values, shape in (("state", state, (n, 3, 4)), ("direction", direction, (n, 3)), ("normals", normals, (n, 3, 3)),
+                                    ("toward", toward, (n, 18)), ("straight", straight, (n, 3))):
+            if values is not None:
+                self._arrays[name] = array(name, values, shape, np.int32 if name == "straight" else np.float64)
+        block = CElements(size=ctypes.sizeof(CElements), n=n, convention=int(convention), threads=threads,
+                          **{name: a.ctypes.data for name, a in self._arrays.items()})
+        self.reference = ctypes.byref(block)
+
+
 class Section:
     """What elements are made of; immutable, shared by any number of threads."""
 
@@ -90,46 +108,40 @@ class Section:
         self._handle = handle
         weakref.finalize(self, library().finshell_section_destroy, handle)
 
-    @staticmethod
-    def _motion(X: Any, u: Any, rotations: Any, convention: Rotation, state: Any, direction: Any) -> Tuple[int, List[Any]]:
-        X = array("X", X, (-1, 3, 3))
-        n = len(X)
-        return n, [X, array("u", u, (n, 3, 3)),
-                   array("rotations", rotations, (n, 3, 4 if convention == Rotation.QUATERNION else 3)),
-                   None if state is None else array("state", state, (n, 3, 4)),
-                   None if direction is None else array("direction", direction, (n, 3))]
-
     def evaluate(self, X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
-                 direction: Any = None, energy: bool = True, force: bool = True, tangent: bool = True, threads: int = 1,
-                 raise_errors: bool = True) -> Evaluation:
+                 direction: Any = None, normals: Any = None, toward: Any = None, straight: Any = None, energy: bool = True,
+                 force: bool = True, tangent: bool = True, threads: int = 1, raise_errors: bool = True) -> Evaluation:
         """Energy, force and tangent of n elements.
 
         X, u: (n, 3, 3) reference coordinates and displacements (element, node, component). rotations: (n, 3, 3) vectors or
-        (n, 3, 4) quaternions. direction: (n, 3), material direction 1 (default: global x). threads 0: as OpenMP chooses.
+        (n, 3, 4) quaternions. direction: (n, 3), material direction 1 (default: global x). normals: (n, 3, 3), normals of the
+        surface at the nodes, of any length (default: flat facets). toward: (n, 18), displacements and spins in whose direction
+        a law with a switch is looked at. straight: (n, 3) booleans, sides 0-1, 1-2, 2-0 whose displacement is prescribed.
+        threads 0: as OpenMP chooses.
         Raises Recoverable (cut the step) or Error when an element fails; with raise_errors=False failed elements have zeros
         and a code in `codes`, and only a call that is wrong as a whole raises.
         """
-        n, (X, u, rotations, state, direction) = self._motion(X, u, rotations, convention, state, direction)
+        elements = _Elements(X, u, rotations, convention, threads, state, direction, normals, toward, straight)
+        n = elements.n
         result = Evaluation(np.empty(n) if energy else None, np.empty((n, 18)) if force else None,
                             np.empty((n, 18, 18)) if tangent else None, np.zeros(n, np.int32))
         status = Status()
-        library().finshell_evaluate(self._handle, n, pointer(X), pointer(u), pointer(rotations), int(convention), pointer(state),
-                                    pointer(direction), pointer(result.energy), pointer(result.force), pointer(result.tangent),
-                                    code_pointer(result.codes), threads, ctypes.byref(status))
+        library().finshell_elements_evaluate(self._handle, elements.reference, pointer(result.energy), pointer(result.force),
+                                             pointer(result.tangent), code_pointer(result.codes), ctypes.byref(status))
         if raise_errors or status.index < 0:
             check(status)
         return result
 
     def recover(self, X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
-                direction: Any = None, raise_errors: bool = True) -> Recovery:
+                direction: Any = None, normals: Any = None, straight: Any = None, raise_errors: bool = True) -> Recovery:
         """Thickness stretch, resultants and Cauchy stresses of n elements; arguments as in `evaluate`."""
-        n, (X, u, rotations, state, direction) = self._motion(X, u, rotations, convention, state, direction)
+        elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight)
+        n = elements.n
         result = Recovery(np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)), np.zeros(n, np.int32))
         status = Status()
-        library().finshell_recover(self._handle, n, pointer(X), pointer(u), pointer(rotations), int(convention), pointer(state),
-                                   pointer(direction), pointer(result.stretch), pointer(result.membrane_force),
-                                   pointer(result.moment), pointer(result.stress), code_pointer(result.codes),
-                                   ctypes.byref(status))
+        library().finshell_elements_recover(self._handle, elements.reference, pointer(result.stretch),
+                                            pointer(result.membrane_force), pointer(result.moment), pointer(result.stress),
+                                            code_pointer(result.codes), ctypes.byref(status))
         if raise_errors or status.index < 0:
             check(status)
         return result

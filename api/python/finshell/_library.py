@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 Doubles = NDArray[np.float64]
 Codes = NDArray[np.int32]
 
-ABI = 1  # of the library this package was written for
+ABI = 2  # of the library this package was written for
 
-_NAMES = {"darwin": ["libfinshell.1.dylib", "libfinshell.dylib"], "win32": ["finshell.dll", "libfinshell.dll"]}.get(
-    sys.platform, ["libfinshell.so.1", "libfinshell.so"])
+_NAMES = {"darwin": [f"libfinshell.{ABI}.dylib", "libfinshell.dylib"], "win32": ["finshell.dll", "libfinshell.dll"]}.get(
+    sys.platform, [f"libfinshell.so.{ABI}", "libfinshell.so"])
 
 
 class Status(ctypes.Structure):
@@ -42,6 +42,16 @@ class CParameter(ctypes.Structure):
 
     _fields_ = [("name", ctypes.c_char * 32), ("meaning", ctypes.c_char * 128), ("default_value", ctypes.c_double),
                 ("example", ctypes.c_double), ("required", ctypes.c_int32), ("padding", ctypes.c_int32)]
+
+
+_POINTERS = ("X", "u", "rotations", "state", "direction", "normals", "toward", "straight")
+
+
+class CElements(ctypes.Structure):
+    """finshell_elements of finshell.h. It holds addresses: the caller keeps the arrays."""
+
+    _fields_ = [("size", ctypes.c_uint64), ("n", ctypes.c_int32), ("convention", ctypes.c_int32), ("threads", ctypes.c_int32),
+                ("reserved", ctypes.c_int32), *((name, ctypes.c_void_p) for name in _POINTERS)]
 
 
 class Error(Exception):
@@ -91,6 +101,7 @@ def find_library() -> str:
 _D, _I, _P, _S = ctypes.POINTER(ctypes.c_double), ctypes.c_int32, ctypes.c_void_p, ctypes.POINTER(Status)
 _N = ctypes.POINTER(ctypes.c_char_p)
 _C = ctypes.POINTER(ctypes.c_int32)
+_E = ctypes.POINTER(CElements)
 _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_abi": (_I, []),
     "finshell_version_text": (ctypes.c_char_p, []),
@@ -103,6 +114,8 @@ _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_section_create": (_I, [ctypes.c_char_p, _I, _N, _D, ctypes.c_double, _I, _N, _D, ctypes.POINTER(_P), _S]),
     "finshell_section_create_layered": (_I, [_I, ctypes.POINTER(CLayer), _I, _N, _D, ctypes.POINTER(_P), _S]),
     "finshell_section_destroy": (None, [_P]),
+    "finshell_elements_evaluate": (_I, [_P, _E, _D, _D, _D, _C, _S]),
+    "finshell_elements_recover": (_I, [_P, _E, _D, _D, _D, _D, _C, _S]),
     "finshell_evaluate": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _C, _I, _S]),
     "finshell_recover": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _D, _C, _S]),
     "finshell_mass_matrix": (_I, [_P, _I, _D, _D, _D, _C, _S]),
@@ -144,9 +157,9 @@ def check(status: Status) -> None:
     raise kind(status.code, status.message.decode(), status.index, status.failed)
 
 
-def array(name: str, values: Any, shape: Tuple[int, ...]) -> Doubles:
-    """Contiguous doubles of a given shape (-1: any length)."""
-    a = np.ascontiguousarray(values, dtype=np.float64)
+def array(name: str, values: Any, shape: Tuple[int, ...], kind: Any = np.float64) -> NDArray[Any]:
+    """Contiguous numbers, doubles unless `kind` says otherwise, of a given shape (-1: any length)."""
+    a = np.ascontiguousarray(values, dtype=kind)
     if a.ndim != len(shape) or any(s not in (-1, n) for s, n in zip(shape, a.shape)):
         expected = str(shape).replace("-1", "n")
         raise ValueError(f"{name} has the shape {a.shape}, expected {expected}")

@@ -1,0 +1,208 @@
+!> C interface: the block of arguments that says what elements a call is about, and what is wrong with it.
+!>
+!> The block begins with its size. So members can be added at its end: a caller that knows fewer of them leaves them out, a caller
+!> that knows more is served as long as it does not use them.
+module finshell_capi_elements
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_loc, c_null_ptr, &
+      c_ptr, c_size_t, c_sizeof
+   use finshell_batch, only: rotation_increment, rotation_quaternion, rotation_vector
+   use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory
+   use finshell_capi_handle, only: section_of
+   use finshell_section, only: section_t
+   use finshell_status, only: status_invalid_argument, status_ok
+   implicit none
+   private
+   public :: c_elements_t, no_handle, read_block, receive, complaint, whole_block
+
+   !> finshell_elements of the header. What a shorter block does not hold is zero.
+   type, bind(c) :: c_elements_t
+      integer(c_int64_t) :: size = 0
+      integer(c_int32_t) :: n = 0
+      integer(c_int32_t) :: convention = 0
+      integer(c_int32_t) :: threads = 0
+      integer(c_int32_t) :: reserved = 0
+      type(c_ptr) :: x = c_null_ptr
+      type(c_ptr) :: u = c_null_ptr
+      type(c_ptr) :: rotations = c_null_ptr
+      type(c_ptr) :: state = c_null_ptr
+      type(c_ptr) :: direction = c_null_ptr
+      type(c_ptr) :: normals = c_null_ptr
+      type(c_ptr) :: toward = c_null_ptr
+      type(c_ptr) :: straight = c_null_ptr
+   end type c_elements_t
+
+   integer, parameter :: optional_members = 5 !< pointers behind `rotations`, the last that is required
+   integer(c_int64_t), parameter :: no_size = 4096 !< whatever is larger was not set
+   character(len=*), parameter :: no_handle = 'section is no handle: it was destroyed, or finshell_section_create did not make it'
+
+   interface
+      subroutine memcpy(to, from, bytes) bind(c)
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: to, from
+         integer(c_size_t), value :: bytes
+      end subroutine memcpy
+   end interface
+
+contains
+
+   !> Size of the block that this library knows.
+   integer(c_int64_t) function whole_block()
+      type(c_elements_t) :: block
+      whole_block = c_sizeof(block)
+   end function whole_block
+
+   !> A block of whatever size, as far as this library knows it.
+   function read_block(place, pointer, block, status) result(code)
+      character(len=*), intent(in) :: place
+      type(c_ptr), intent(in) :: pointer
+      type(c_elements_t), intent(out), target :: block
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      integer(c_int64_t), pointer :: given
+      integer(c_int8_t), pointer :: bytes(:)
+      integer(c_int64_t) :: known, member
+
+      code = status_invalid_argument
+      if (.not. c_associated(pointer)) then
+         code = refuse(status, place, 'elements is NULL')
+         return
+      end if
+      call c_f_pointer(pointer, given)
+      known = c_sizeof(block)
+      member = c_sizeof(pointer)
+      if (given < 0 .or. given > no_size) then
+         code = refuse(status, place, 'elements->size is not set, expected sizeof(finshell_elements)')
+      else if (given < known - optional_members*member .or. modulo(given, member) /= 0) then
+         code = refuse(status, place, 'elements->size is #, expected sizeof(finshell_elements)', int(given, c_int32_t))
+      else
+         call c_f_pointer(pointer, bytes, [given])
+         if (any(bytes(known + 1:) /= 0)) then
+            code = refuse(status, place, 'elements->size is #, with members in use that this library does not know: finshell.h '// &
+                          'is newer than the library', int(given, c_int32_t))
+         else
+            call memcpy(c_loc(block), pointer, int(min(given, known), c_size_t))
+            code = status_ok
+         end if
+      end if
+   end function read_block
+
+   !> Check a block and point to what it holds; with n = 0 only the numbers. Sets `status` to done.
+   !>
+   !> What the block does not hold is not associated, and counts as absent in a call. (Not so, for gfortran 12, the components of a
+   !> structure.)
+   function receive(place, section, block, s, x, u, rotations, state, direction, normal, toward, straight, status) result(code)
+      character(len=*), intent(in) :: place
+      type(c_ptr), intent(in) :: section
+      type(c_elements_t), intent(in) :: block
+      type(section_t), pointer, intent(out) :: s
+      real(c_double), pointer, contiguous, dimension(:, :, :), intent(out) :: x, u, rotations, state, normal
+      real(c_double), pointer, contiguous, dimension(:, :), intent(out) :: direction, toward
+      logical, allocatable, intent(out) :: straight(:, :)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      integer(c_int32_t), pointer :: sides(:, :)
+      integer :: memory, c
+
+      code = status_ok
+      nullify (x, u, rotations, state, direction, normal, toward)
+      s => section_of(section)
+      if (block%n < 0) then
+         code = refuse(status, place, 'n is #, expected a number of elements >= 0', block%n)
+      else if (.not. c_associated(section)) then
+         code = refuse(status, place, 'section is NULL')
+      else if (.not. associated(s)) then
+         code = refuse(status, place, no_handle)
+      else if (block%convention < rotation_vector .or. block%convention > rotation_increment) then
+         code = refuse(status, place, 'convention is #, expected 1 (vector), 2 (quaternion) or 3 (increment)', block%convention)
+      else if (block%threads < 0) then
+         code = refuse(status, place, 'threads is #, expected 0 (as OpenMP chooses) or a positive number', block%threads)
+      else if (block%reserved /= 0) then
+         code = refuse(status, place, 'elements->reserved is #, expected 0', block%reserved)
+      else if (block%n > 0) then
+         if (.not. c_associated(block%x)) then
+            code = refuse(status, place, 'X is NULL')
+         else if (.not. c_associated(block%u)) then
+            code = refuse(status, place, 'u is NULL')
+         else if (.not. c_associated(block%rotations)) then
+            code = refuse(status, place, 'rotations is NULL')
+         else if (block%convention == rotation_increment .and. .not. c_associated(block%state)) then
+            code = refuse(status, place, 'state is NULL, and rotation increments need it')
+         end if
+      end if
+      if (code /= status_ok) return
+      code = accept(status)
+      if (block%n == 0) return
+      c = merge(4, 3, block%convention == rotation_quaternion)
+      call c_f_pointer(block%x, x, [3, 3, block%n])
+      call c_f_pointer(block%u, u, [3, 3, block%n])
+      call c_f_pointer(block%rotations, rotations, [c, 3, block%n])
+      if (c_associated(block%state)) call c_f_pointer(block%state, state, [4, 3, block%n])
+      if (c_associated(block%direction)) call c_f_pointer(block%direction, direction, [3, block%n])
+      if (c_associated(block%normals)) call c_f_pointer(block%normals, normal, [3, 3, block%n])
+      if (c_associated(block%toward)) call c_f_pointer(block%toward, toward, [18, block%n])
+      if (.not. c_associated(block%straight)) return
+      call c_f_pointer(block%straight, sides, [3, block%n])
+      allocate (straight(3, block%n), stat=memory)
+      if (memory /= 0) then
+         code = refuse_memory(status, place)
+         return
+      end if
+      straight = sides /= 0
+   end function receive
+
+   !> Why the first element with a negative code has status_invalid_argument; blank when it has not.
+   function complaint(block, codes) result(text)
+      type(c_elements_t), intent(in) :: block
+      integer(c_int32_t), intent(in) :: codes(:)
+      character(len=96) :: text
+      real(c_double), pointer, dimension(:, :, :) :: x, quaternion, normal
+      real(c_double) :: n(3), facet(3)
+      integer :: e, k
+      character(len=1) :: node
+      text = ''
+      do e = 1, size(codes)
+         if (codes(e) < 0) exit
+      end do
+      if (e > size(codes)) return
+      if (codes(e) /= status_invalid_argument) return
+      text = 'the direction is zero'
+      if (c_associated(block%normals)) text = 'the direction is zero, or a normal is 90 degrees from that of the triangle'
+      nullify (quaternion, normal)
+      if (block%convention == rotation_quaternion) call c_f_pointer(block%rotations, quaternion, [4, 3, e])
+      if (block%convention == rotation_increment) call c_f_pointer(block%state, quaternion, [4, 3, e])
+      if (c_associated(block%normals)) then
+         call c_f_pointer(block%normals, normal, [3, 3, e])
+         call c_f_pointer(block%x, x, [3, 3, e])
+         facet = unit(cross(unit(x(:, 2, e) - x(:, 1, e)), unit(x(:, 3, e) - x(:, 1, e))))
+      end if
+      do k = 3, 1, -1
+         write (node, '(i1)') k - 1
+         if (associated(quaternion)) then
+            if (all(abs(quaternion(:, k, e)) <= 0)) text = 'the quaternion of node '//node//' (from 0) is zero'
+         end if
+         if (.not. associated(normal)) cycle
+         n = normal(:, k, e)
+         if (all(abs(n) <= 0)) then
+            text = 'the normal at node '//node//' (from 0) is zero'
+         else if (.not. dot_product(unit(n), facet) > 0) then
+            write (text, '(3a,f0.1,a)') 'the normal at node ', node, ' (from 0) is ', &
+               atan2(norm2(cross(facet, unit(n))), dot_product(facet, unit(n)))*180/acos(-1.0_c_double), &
+               ' degrees from that of the triangle, expected less than 90'
+         end if
+      end do
+   end function complaint
+
+   !> Of length 1; a vector of any length that is not zero.
+   pure function unit(v) result(w)
+      real(c_double), intent(in) :: v(3)
+      real(c_double) :: w(3)
+      w = scale(v, -exponent(maxval(abs(v))))
+      w = w/norm2(w)
+   end function unit
+
+   pure function cross(a, b) result(c)
+      real(c_double), intent(in) :: a(3), b(3)
+      real(c_double) :: c(3)
+      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+   end function cross
+end module finshell_capi_elements
