@@ -102,14 +102,9 @@ contains
       end if
       if (allocated(error)) return
       allocate (stress(n_resultants, problem%assembly%elements, 2))
-      associate (s => problem%structure)
-         call predict_stress(problem%assembly, s%sections, s%mesh%coordinates, problem%state%displacement, problem%state%rotation, &
-            constant, stress(:, :, 1), s%direction, toward=toward, &
-            normals=s%normal)
-         call predict_stress(problem%assembly, s%sections, s%mesh%coordinates, problem%state%displacement, problem%state%rotation, &
-            constant + proportional, stress(:, :, 2), s%direction, toward=toward, &
-            normals=s%normal)
-      end associate
+      call predict_stress(problem%assembly, problem%structure, problem%state, constant, stress(:, :, 1), toward=toward)
+      call predict_stress(problem%assembly, problem%structure, problem%state, constant + proportional, stress(:, :, 2), &
+                          toward=toward)
       problem%state%constant_factor = problem%state%constant_factor + constant_change
       problem%stress = stress(:, :, 1)
       call problem%evaluate_toward(.true., error, toward)

@@ -156,13 +156,11 @@ contains
       associate (s => self%structure)
          if (tangent) then
             self%assemblies = self%assemblies + 1
-            call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               self%internal_force, status, bad_element, self%values, self%entry%energy, s%direction, &
-               resultants=self%stress, toward=toward, normals=s%normal)
+            call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, self%values, self%entry%energy, &
+                          resultants=self%stress, toward=toward)
          else
             self%force_evaluations = self%force_evaluations + 1
-            call assemble(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               self%internal_force, status, bad_element, energy=self%entry%energy, material_axes=s%direction, normals=s%normal)
+            call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, energy=self%entry%energy)
          end if
       end associate
       if (status /= status_ok) then
@@ -281,11 +279,7 @@ contains
       end do
       if (self%mixed) then
          if (.not. allocated(self%stress)) allocate (self%stress(n_resultants, self%assembly%elements))
-         associate (s => self%structure)
-            call predict_stress(self%assembly, s%sections, s%mesh%coordinates, self%state%displacement, self%state%rotation, &
-               merge(0.0_wp, nodal, self%extrapolating), self%stress, s%direction, &
-               normals=s%normal)
-         end associate
+         call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, self%extrapolating), self%stress)
       end if
       call move_state(self%state, nodal)
       do i = 1, size(self%equations%moved)

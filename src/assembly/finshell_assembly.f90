@@ -5,14 +5,17 @@
 !> in the axes of the nodes, as the equations are (finshell_equations turns nodal vectors into equations).
 module finshell_assembly
 !$ use omp_lib, only: omp_get_max_threads
-   use finshell_batch, only: evaluate_elements, n_resultants, predict_resultants, rotation_quaternion
+   use finshell_batch, only: n_resultants
    use finshell_colouring, only: patches_t, new_patches
+   use finshell_discretisation, only: evaluate_gathered, gather_elements, gather_motion, gathered_t, predict_gathered
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp, i4
    use finshell_section, only: section_t
    use finshell_scatter, only: scatter_t, new_scatter, add_element_matrix
    use finshell_sparsity, only: sparsity_t
+   use finshell_state, only: state_t
    use finshell_status, only: status_ok, status_invalid_argument
+   use finshell_structure, only: structure_t
    implicit none
    private
    public :: assembly_t, new_assembly, assemble, predict_stress, add_element_contributions, paying_threads
@@ -29,7 +32,7 @@ module finshell_assembly
       logical, allocatable :: framed(:) ! (slots) a node has axes of its own
       integer(i4), allocatable :: frame(:) ! (nodes) 0: global axes
       real(wp), allocatable :: frames(:, :, :)
-      logical, allocatable :: straight(:, :) ! (3, slots) sides kept straight
+      logical, allocatable :: straight(:, :) ! (3, elements) sides kept straight
    end type assembly_t
 
 contains
@@ -79,7 +82,7 @@ contains
          self%corner(:, s) = int(triangles(:, e), i4)
          self%framed(s) = any(self%frame(triangles(:, e)) > 0)
       end do
-      if (present(straight)) self%straight = straight(:, self%patches%element)
+      if (present(straight)) self%straight = straight
       call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
    end subroutine new_assembly
 
@@ -100,28 +103,24 @@ contains
    end function paying_threads
 
    !> Evaluate all elements and add them up. Without `values` only forces are evaluated, which is cheaper.
-   subroutine assemble(self, sections, coordinates, u, q, internal_force, status, bad_element, values, energy, material_axes, &
-                       threads, resultants, toward, normals)
+   subroutine assemble(self, structure, state, internal_force, status, bad_element, values, energy, threads, resultants, toward, &
+                       sections)
       type(assembly_t), intent(in) :: self
-      type(section_t), intent(in) :: sections(:)
-      real(wp), intent(in) :: coordinates(:, :) !< (3, nodes) reference positions
-      real(wp), intent(in) :: u(:, :) !< (3, nodes) displacements
-      real(wp), intent(in) :: q(:, :) !< (4, nodes) unit quaternions, scalar first
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state
       real(wp), intent(out) :: internal_force(:, :) !< (6, nodes) all components, so reactions too; global axes
       integer(i4), intent(out) :: status !< of the bad element with the lowest number, or status_ok
       integer, intent(out) :: bad_element !< its number, or 0; all other results are then useless
       real(wp), optional, intent(out) :: values(:) !< (entries of the pattern) tangent
       real(wp), optional, intent(out) :: energy !< strain energy
-      real(wp), optional, intent(in) :: material_axes(:, :) !< (3, elements) material direction 1
       integer, optional, intent(in) :: threads !< default: `paying_threads`
       !> (n_resultants, slots) from `predict_stress`: for the geometric part of the tangent; unallocated counts as absent.
       real(wp), optional, intent(in) :: resultants(:, :)
       real(wp), optional, intent(in) :: toward(:, :) !< (6, nodes) see `evaluate_elements`; global axes; with `values`
-      real(wp), optional, intent(in) :: normals(:, :, :) !< (3, 3, elements) of a curved reference at the nodes of each element
+      type(section_t), optional, intent(in) :: sections(:) !< instead of those of the structure
       real(wp), allocatable :: patch_energy(:)
-      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :), stress(:, :), d(:, :)
-      real(wp), allocatable :: m(:, :, :)
-      logical, allocatable :: straight(:, :)
+      real(wp), allocatable :: f(:, :), k(:, :, :), w(:), stress(:, :), d(:, :)
+      type(gathered_t) :: g
       integer(i4), allocatable :: element_status(:)
       integer :: p, c, i, j, s, n, most, team
 
@@ -134,16 +133,13 @@ contains
       if (present(threads)) team = max(1, threads)
 
       !$omp parallel num_threads(team) default(shared) &
-      !$omp private(x, v, r, f, k, w, axes, stress, d, straight, m, element_status, p, c, i, j, s, n)
-      allocate (x(3, 3, most), v(3, 3, most), r(4, 3, most), f(18, most), element_status(most))
+      !$omp private(g, f, k, w, stress, d, element_status, p, c, i, j, s, n)
+      allocate (f(18, most), element_status(most))
       ! What is not asked for stays unallocated, and so counts as absent in the call below.
       if (present(values)) allocate (k(18, 18, most))
       if (present(energy)) allocate (w(most))
-      if (present(material_axes)) allocate (axes(3, most))
-      if (present(normals)) allocate (m(3, 3, most))
       if (present(resultants) .and. present(values)) allocate (stress(n_resultants, most))
       if (present(toward) .and. present(values)) allocate (d(18, most))
-      if (allocated(self%straight)) allocate (straight(3, most))
       if (present(values)) then
          !$omp do schedule(static)
          do i = 1, size(values)
@@ -161,21 +157,16 @@ contains
          do p = self%patches%first_of_colour(c), self%patches%first_of_colour(c + 1) - 1
             s = self%patches%first(p) - 1
             n = self%patches%first(p + 1) - self%patches%first(p)
-            do i = 1, n
-               do j = 1, 3
-                  x(:, j, i) = coordinates(:, self%corner(j, s + i))
-                  v(:, j, i) = u(:, self%corner(j, s + i))
-                  r(:, j, i) = q(:, self%corner(j, s + i))
-                  if (allocated(d)) d(6*j - 5:6*j, i) = toward(:, self%corner(j, s + i))
-               end do
-               if (allocated(axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
-               if (allocated(m)) m(:, :, i) = normals(:, :, self%patches%element(s + i))
-               if (allocated(stress)) stress(:, i) = resultants(:, s + i)
-               if (allocated(straight)) straight(:, i) = self%straight(:, s + i)
-            end do
-            call evaluate_elements(sections(self%patches%group(p)), n, x, v, r(:, :, :n), rotation_quaternion, element_status, &
-                                   energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress, toward=d, &
-                                   straight=straight, normal=m)
+            associate (mine => self%patches%element(s + 1:s + n))
+               call gather_elements(structure, state, mine, g, self%straight)
+               if (allocated(d)) call gather_motion(structure, toward, mine, d)
+               if (allocated(stress)) stress(:, :n) = resultants(:, s + 1:s + n)
+            end associate
+            if (present(sections)) then
+               call evaluate_gathered(sections(self%patches%group(p)), g, element_status, w, f, k, stress, d, threads=1)
+            else
+               call evaluate_gathered(structure%sections(self%patches%group(p)), g, element_status, w, f, k, stress, d, threads=1)
+            end if
             if (any(element_status(:n) /= status_ok)) then
                !$omp critical (finshell_bad_element)
                do i = 1, n
@@ -207,50 +198,35 @@ contains
    end subroutine assemble
 
    !> Resultants of all elements, linearised at this state for nodal displacements and spins (mixed-integration-point Newton).
-   subroutine predict_stress(self, sections, coordinates, u, q, increment, resultants, material_axes, threads, toward, normals)
+   subroutine predict_stress(self, structure, state, increment, resultants, threads, toward)
       type(assembly_t), intent(in) :: self
-      type(section_t), intent(in) :: sections(:)
-      real(wp), intent(in) :: coordinates(:, :), u(:, :), q(:, :) !< as for `assemble`
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state
       real(wp), intent(in) :: increment(:, :) !< (6, nodes) displacements and spins, global axes
       real(wp), intent(out) :: resultants(:, :) !< (n_resultants, slots): in the order of the assembly
-      real(wp), optional, intent(in) :: material_axes(:, :)
       integer, optional, intent(in) :: threads !< default: `paying_threads`
       real(wp), optional, intent(in) :: toward(:, :) !< as for `assemble`
-      real(wp), optional, intent(in) :: normals(:, :, :) !< as for `assemble`
-      real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :), t(:, :), m(:, :, :)
-      logical, allocatable :: straight(:, :)
+      real(wp), allocatable :: d(:, :), t(:, :)
+      type(gathered_t) :: g
       integer(i4), allocatable :: element_status(:)
-      integer :: i, j, n, p, s, team
+      integer :: n, p, s, team
 
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
-      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, t, m, straight, &
-      !$omp element_status, i, j, n, s)
+      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(g, d, t, element_status, n, s)
       do p = 1, size(self%patches%group)
          s = self%patches%first(p) - 1
          n = self%patches%first(p + 1) - self%patches%first(p)
-         if (allocated(self%straight)) straight = self%straight(:, s + 1:s + n)
-         allocate (x(3, 3, n), v(3, 3, n), r(4, 3, n), d(18, n), axes(3, n), element_status(n))
-         ! unallocated: absent in the call below
-         if (present(toward)) allocate (t(18, n))
-         if (present(normals)) allocate (m(3, 3, n))
-         do i = 1, n
-            do j = 1, 3
-               x(:, j, i) = coordinates(:, self%corner(j, s + i))
-               v(:, j, i) = u(:, self%corner(j, s + i))
-               r(:, j, i) = q(:, self%corner(j, s + i))
-               d(6*j - 5:6*j, i) = increment(:, self%corner(j, s + i))
-               if (allocated(t)) t(6*j - 5:6*j, i) = toward(:, self%corner(j, s + i))
-            end do
-            axes(:, i) = [1, 0, 0]
-            if (present(material_axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
-            if (present(normals)) m(:, :, i) = normals(:, :, self%patches%element(s + i))
-         end do
-         call predict_resultants(sections(self%patches%group(p)), n, x, v, r, d, resultants(:, s + 1:s + n), element_status, axes, &
-                                 t, straight, m)
-         deallocate (x, v, r, d, axes, element_status)
+         allocate (d(18, n), element_status(n))
+         if (present(toward)) allocate (t(18, n)) ! unallocated: absent in the call below
+         associate (mine => self%patches%element(s + 1:s + n))
+            call gather_elements(structure, state, mine, g, self%straight)
+            call gather_motion(structure, increment, mine, d)
+            if (allocated(t)) call gather_motion(structure, toward, mine, t)
+         end associate
+         call predict_gathered(structure%sections(self%patches%group(p)), g, d, resultants(:, s + 1:s + n), element_status, t)
+         deallocate (d, element_status)
          if (allocated(t)) deallocate (t)
-         if (allocated(m)) deallocate (m)
       end do
       !$omp end parallel do
    end subroutine predict_stress

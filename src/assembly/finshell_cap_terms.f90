@@ -3,6 +3,7 @@ module finshell_cap_terms
    use finshell_kinds, only: wp, i4
    use finshell_batch, only: rotation_quaternion
    use finshell_caps, only: evaluate_caps
+   use finshell_discretisation, only: gather_elements, gathered_t
    use finshell_state, only: state_t
    use finshell_structure, only: structure_t
    implicit none
@@ -19,17 +20,9 @@ contains
       real(wp), intent(out), optional :: volume(:) !< (elements)
       real(wp), intent(out), optional :: force(:, :) !< (18, elements)
       real(wp), intent(out), optional :: stiffness(:, :, :) !< (18, 18, elements)
-      real(wp) :: x(3, 3, size(elements)), u(3, 3, size(elements)), q(4, 3, size(elements)), normal(3, 3, size(elements))
+      type(gathered_t) :: g
       integer(i4) :: status(size(elements))
-      integer :: i
-      do i = 1, size(elements)
-         associate (nodes => structure%mesh%triangles(:, elements(i)))
-            x(:, :, i) = structure%mesh%coordinates(:, nodes)
-            u(:, :, i) = state%displacement(:, nodes)
-            q(:, :, i) = state%rotation(:, nodes)
-         end associate
-         normal(:, :, i) = structure%normal(:, :, elements(i))
-      end do
-      call evaluate_caps(size(elements), x, u, q, rotation_quaternion, normal, status, volume, force, stiffness)
+      call gather_elements(structure, state, elements, g)
+      call evaluate_caps(size(elements), g%x, g%u, g%q, rotation_quaternion, g%normal, status, volume, force, stiffness)
    end subroutine caps_at
 end module finshell_cap_terms

@@ -14,6 +14,7 @@ module finshell_ground
    use finshell_section, only: section_t
    use finshell_mesh, only: mesh_t
    use finshell_equations, only: equations_t
+   use finshell_state, only: state_t, new_state
    use finshell_structure, only: structure_t
    use finshell_assembly, only: assembly_t, assemble
    implicit none
@@ -60,7 +61,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(section_t), allocatable :: sections(:)
       class(material_t), allocatable :: law
-      real(wp), allocatable :: u(:, :), q(:, :), force(:, :)
+      real(wp), allocatable :: force(:, :)
+      type(state_t) :: reference
       real(wp) :: tangent(6)
       integer(i4) :: status
       integer :: i, k, element, nodes
@@ -75,11 +77,11 @@ contains
          end do
       end do
       nodes = size(structure%mesh%coordinates, 2)
-      allocate (u(3, nodes), q(4, nodes), force(6, nodes), source=0.0_wp)
-      q(1, :) = 1
-      call assemble(assembly, sections, structure%mesh%coordinates, u, q, force, status, element, values, &
-         material_axes=structure%direction, normals=structure%normal)
+      allocate (force(6, nodes))
+      call new_state(reference, nodes)
+      call assemble(assembly, structure, reference, force, status, element, values, sections=sections)
    end subroutine ground_stiffness
+
    !> A mass of one per area, a third of an element at each node, with the radius of gyration of an element.
    function lumped_weight(mesh, equations, detail) result(weight)
       type(mesh_t), intent(in) :: mesh

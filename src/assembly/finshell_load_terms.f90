@@ -5,7 +5,7 @@
 module finshell_load_terms
    use finshell_kinds, only: wp, i4, lanes
    use finshell_rotation, only: cross_product, spin
-   use finshell_batch, only: evaluate_elements, rotation_quaternion
+   use finshell_discretisation, only: evaluate_gathered, gather_elements, gather_motion, gathered_t
    use finshell_line_load, only: bulge_load
    use finshell_pressure, only: follower_pressure
    use finshell_cap_terms, only: caps_at
@@ -290,46 +290,37 @@ contains
       real(wp), intent(inout) :: force(:, :) !< (6, nodes)
       real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
       real(wp), allocatable :: heading(:, :) ! unallocated it counts as absent in the call
-      real(wp) :: x(3, 3, lanes), u(3, 3, lanes), q(4, 3, lanes), f(18, lanes), k(18, 18, lanes), direction(3, lanes), change(18)
-      logical :: straight(3, lanes)
-      real(wp), allocatable :: normal(:, :, :)
+      real(wp) :: f(18, lanes), k(18, 18, lanes), moved(18, lanes)
+      type(gathered_t) :: g
       integer(i4) :: status(lanes)
-      integer :: e, first, i, j, n, node, section
+      integer :: first, i, j, last, section
 
-      if (present(toward)) allocate (heading(18, lanes))
-      if (allocated(structure%normal)) allocate (normal(3, 3, lanes))
       first = 1
       do while (first <= size(elements))
          section = structure%element_section(elements(first))
-         n = 0
-         do while (n < lanes .and. first + n <= size(elements))
-            e = elements(first + n)
-            if (structure%element_section(e) /= section) exit
-            n = n + 1
-            do j = 1, 3
-               node = structure%mesh%triangles(j, e)
-               x(:, j, n) = structure%mesh%coordinates(:, node)
-               u(:, j, n) = state%displacement(:, node)
-               q(:, j, n) = state%rotation(:, node)
-            end do
-            straight(:, n) = .false.
-            if (allocated(equations%straight)) straight(:, n) = equations%straight(:, e)
-            direction(:, n) = [1, 0, 0]
-            if (allocated(structure%direction)) direction(:, n) = structure%direction(:, e)
-            if (present(toward)) heading(:, n) = reshape(toward(:, structure%mesh%triangles(:, e)), [18])
-            if (allocated(structure%normal)) normal(:, :, n) = structure%normal(:, :, e)
+         last = first
+         do while (last < size(elements) .and. last - first + 1 < lanes)
+            if (structure%element_section(elements(last + 1)) /= section) exit
+            last = last + 1
          end do
-         call evaluate_elements(structure%sections(section), n, x, u, q(:, :, :n), rotation_quaternion, status, force=f, &
-                                tangent=k, direction=direction, threads=1, toward=heading, straight=straight, normal=normal)
-         do i = 1, n
-            associate (nodes => structure%mesh%triangles(:, elements(first + i - 1)))
-               change = matmul(k(:, :, i), reshape(motion(:, nodes), [18]))
+         associate (mine => elements(first:last))
+            if (present(toward)) then
+               if (.not. allocated(heading)) allocate (heading(18, lanes))
+               call gather_motion(structure, toward, mine, heading)
+            end if
+            call gather_elements(structure, state, mine, g, equations%straight)
+            call gather_motion(structure, motion, mine, moved)
+            call evaluate_gathered(structure%sections(section), g, status, force=f, tangent=k, toward=heading, threads=1)
+            do i = 1, size(mine)
+               moved(:, i) = matmul(k(:, :, i), moved(:, i))
                do j = 1, 3
-                  force(:, nodes(j)) = force(:, nodes(j)) + change(6*j - 5:6*j)
+                  associate (node => structure%mesh%triangles(j, mine(i)))
+                     force(:, node) = force(:, node) + moved(6*j - 5:6*j, i)
+                  end associate
                end do
-            end associate
-         end do
-         first = first + n
+            end do
+         end associate
+         first = last + 1
       end do
    end subroutine add_stiffness_times
 end module finshell_load_terms

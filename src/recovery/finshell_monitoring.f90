@@ -1,7 +1,7 @@
 !> Values of monitored quantities and result fields at an equilibrium state.
 module finshell_monitoring
    use finshell_kinds, only: wp, i4
-   use finshell_batch, only: evaluate_elements, rotation_quaternion
+   use finshell_discretisation, only: evaluate_gathered, gather_elements, gathered_t
    use finshell_equilibrium, only: equilibrium_t
    use finshell_field, only: field_t
    use finshell_mesh, only: mesh_t, find_element_set, find_node_set
@@ -9,7 +9,7 @@ module finshell_monitoring
       monitor_reaction_moment, monitor_thickness_stretch, monitor_volume, monitor_energy, monitor_membrane_force, monitor_moment
    use finshell_volume, only: volume_behind
    use finshell_quaternion, only: quaternion_to_rotation_vector
-   use finshell_recovery, only: recovery_t, recover, gather_elements, small_part
+   use finshell_recovery, only: recovery_t, recover, small_part
    use finshell_state, only: state_t, moved_state
    implicit none
    private
@@ -183,8 +183,8 @@ contains
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp) :: energy
-      real(wp), allocatable :: x(:, :, :), u(:, :, :), q(:, :, :), direction(:, :), normal(:, :, :), e(:)
-      logical, allocatable :: straight(:, :)
+      type(gathered_t) :: g
+      real(wp), allocatable :: e(:)
       integer, allocatable :: elements(:)
       integer(i4), allocatable :: status(:)
       integer :: i, s
@@ -192,10 +192,9 @@ contains
       associate (structure => problem%structure)
          do s = 1, size(structure%sections)
             elements = pack([(i, i=1, size(structure%element_section))], structure%element_section == s)
-            call gather_elements(problem, state, elements, x, u, q, direction, straight, normal)
+            call gather_elements(structure, state, elements, g, problem%equations%straight)
             allocate (status(size(elements)), e(size(elements)))
-            call evaluate_elements(structure%sections(s), size(elements), x, u, q, rotation_quaternion, status, energy=e, &
-                                   direction=direction, straight=straight, normal=normal)
+            call evaluate_gathered(structure%sections(s), g, status, energy=e)
             energy = energy + sum(e)
             deallocate (status, e)
          end do

@@ -4,13 +4,13 @@
 !> section but beyond the integration points, which are all that equilibrium asks for.
 module finshell_recovery
    use finshell_kinds, only: wp, i4
-   use finshell_batch, only: recover_elements, rotation_quaternion
+   use finshell_discretisation, only: gather_elements, gathered_t, recover_gathered
    use finshell_equilibrium, only: equilibrium_t
    use finshell_state, only: state_t, moved_state
    use finshell_status, only: status_ok
    implicit none
    private
-   public :: recovery_t, recover, gather_elements, small_part
+   public :: recovery_t, recover, small_part
 
    !> Results of a list of elements. What is missing is 0.
    type :: recovery_t
@@ -92,9 +92,8 @@ contains
       integer, intent(in) :: elements(:)
       logical, intent(in) :: with_stress
       type(recovery_t), intent(out) :: r
-      real(wp), allocatable :: x(:, :, :), u(:, :, :), q(:, :, :), direction(:, :), l(:), n(:, :), m(:, :), sigma(:, :, :)
-      real(wp), allocatable :: normal(:, :, :)
-      logical, allocatable :: straight(:, :)
+      type(gathered_t) :: g
+      real(wp), allocatable :: l(:), n(:, :), m(:, :), sigma(:, :, :)
       integer, allocatable :: mine(:)
       integer(i4), allocatable :: status(:), stress_status(:, :)
       integer :: i, s
@@ -107,12 +106,11 @@ contains
          do s = 1, size(structure%sections)
             mine = pack([(i, i=1, size(elements))], structure%element_section(elements) == s)
             if (size(mine) == 0) cycle
-            call gather_elements(problem, state, elements(mine), x, u, q, direction, straight, normal)
+            call gather_elements(structure, state, elements(mine), g, problem%equations%straight)
             allocate (status(size(mine)), l(size(mine)), n(3, size(mine)), m(3, size(mine)))
             ! not asked for, they stay unallocated, and so count as absent in the call
             if (with_stress) allocate (sigma(3, 3, size(mine)), stress_status(3, size(mine)))
-            call recover_elements(structure%sections(s), size(mine), x, u, q, rotation_quaternion, status, l, n, m, sigma, &
-                                  direction, stress_status=stress_status, straight=straight, normal=normal)
+            call recover_gathered(structure%sections(s), g, status, l, n, m, sigma, stress_status)
             r%stretch(mine) = l
             r%force(:, mine) = n
             r%moment(:, mine) = m
@@ -126,30 +124,4 @@ contains
          end do
       end associate
    end subroutine recover_at
-
-   !> Element arrays of some elements.
-   subroutine gather_elements(problem, state, elements, x, u, q, direction, straight, normal)
-      type(equilibrium_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: elements(:)
-      real(wp), allocatable, intent(out) :: x(:, :, :), u(:, :, :), q(:, :, :), direction(:, :)
-      logical, allocatable, intent(out) :: straight(:, :) !< unallocated: none
-      real(wp), allocatable, intent(out) :: normal(:, :, :) !< unallocated: flat facets
-      integer :: i, k, node
-      if (allocated(problem%equations%straight)) straight = problem%equations%straight(:, elements)
-      allocate (x(3, 3, size(elements)), u(3, 3, size(elements)), q(4, 3, size(elements)), direction(3, size(elements)))
-      associate (structure => problem%structure)
-         if (allocated(structure%normal)) normal = structure%normal(:, :, elements)
-         do i = 1, size(elements)
-            do k = 1, 3
-               node = structure%mesh%triangles(k, elements(i))
-               x(:, k, i) = structure%mesh%coordinates(:, node)
-               u(:, k, i) = state%displacement(:, node)
-               q(:, k, i) = state%rotation(:, node)
-            end do
-            direction(:, i) = [1, 0, 0]
-            if (allocated(structure%direction)) direction(:, i) = structure%direction(:, elements(i))
-         end do
-      end associate
-   end subroutine gather_elements
 end module finshell_recovery

@@ -113,8 +113,8 @@ def arrow_allowed(user, used, module, rooms):
     return used in rooms.get(user, ())
 
 
-def arrows(root):
-    """Violations of rule 1."""
+def arrows(root, complete):
+    """Violations of rule 1; of a complete tree also permissions that nothing uses."""
     rooms = rooms_of(root)
     files = [f for folder in ("src", "api", "app") for f in fortran_files(os.path.join(root, folder))]
     home, uses = {}, []
@@ -128,6 +128,8 @@ def arrows(root):
             if m:
                 uses.append((path, number, layer, m.group(1)))
     found = []
+    made = {(layer, home[module]) for _, _, layer, module in uses if module in home}
+    found += [f"src/rooms.txt: {room} does not use {u}" for room, used in rooms.items() for u in used if complete and (room, u) not in made]
     for path, number, layer, module in uses:
         if module in home and not arrow_allowed(layer, home[module], module, rooms):
             found.append(f"{os.path.relpath(path, root)}:{number}: {layer} uses {module} of {home[module]}")
@@ -226,9 +228,9 @@ def taken_names(root, names):
     return found
 
 
-def violations(root, listed, names=frozenset()):
+def violations(root, listed, names=frozenset(), complete=False):
     """All violations below a root folder."""
-    found = rooms_violations(root) + arrows(root) + lengths(root, listed) + taken_names(root, names)
+    found = rooms_violations(root) + arrows(root, complete) + lengths(root, listed) + taken_names(root, names)
     for folder in ("src", "api"):
         for path in fortran_files(os.path.join(root, folder)):
             found += file_violations(path, root)

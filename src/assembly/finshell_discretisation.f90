@@ -1,0 +1,111 @@
+!> The elements of a structure as the kernel takes them: the arrays of any list of elements, gathered here and nowhere else, and
+!> the calls of the kernel with them.
+!>
+!> Whatever an element needs to know beside its nodes (material direction, normals, straight sides) is gathered with them, so no
+!> caller can forget it.
+module finshell_discretisation
+   use finshell_batch, only: evaluate_elements, n_resultants, predict_resultants, recover_elements, rotation_quaternion
+   use finshell_kinds, only: wp, i4
+   use finshell_section, only: section_t
+   use finshell_state, only: state_t
+   use finshell_structure, only: structure_t
+   implicit none
+   private
+   public :: gathered_t, gather_elements, gather_motion, evaluate_gathered, predict_gathered, recover_gathered
+
+   !> Arrays of elements side by side, as evaluate_elements describes them; unallocated: absent.
+   type :: gathered_t
+      real(wp), allocatable :: x(:, :, :), u(:, :, :), q(:, :, :)
+      real(wp), allocatable :: direction(:, :)
+      real(wp), allocatable :: normal(:, :, :)
+      logical, allocatable :: straight(:, :)
+   end type gathered_t
+
+contains
+
+   !> Gather a list of elements at a state.
+   pure subroutine gather_elements(structure, state, list, gathered, straight)
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: list(:) !< element numbers
+      type(gathered_t), intent(inout) :: gathered !< arrays that fit already are kept
+      logical, intent(in), optional :: straight(:, :) !< (3, elements of the structure), see finshell_straight_side
+      integer :: i, k, n
+      n = size(list)
+      if (allocated(gathered%x)) then
+         if (size(gathered%x, 3) /= n) deallocate (gathered%x, gathered%u, gathered%q)
+      end if
+      if (.not. allocated(gathered%x)) then
+         allocate (gathered%x(3, 3, n), gathered%u(3, 3, n), gathered%q(4, 3, n))
+         if (allocated(gathered%direction)) deallocate (gathered%direction)
+         if (allocated(gathered%normal)) deallocate (gathered%normal)
+         if (allocated(gathered%straight)) deallocate (gathered%straight)
+         if (allocated(structure%direction)) allocate (gathered%direction(3, n))
+         if (allocated(structure%normal)) allocate (gathered%normal(3, 3, n))
+         if (present(straight)) allocate (gathered%straight(3, n))
+      end if
+      do i = 1, n
+         do k = 1, 3
+            associate (node => structure%mesh%triangles(k, list(i)))
+               gathered%x(:, k, i) = structure%mesh%coordinates(:, node)
+               gathered%u(:, k, i) = state%displacement(:, node)
+               gathered%q(:, k, i) = state%rotation(:, node)
+            end associate
+         end do
+         if (allocated(gathered%direction)) gathered%direction(:, i) = structure%direction(:, list(i))
+         if (allocated(gathered%normal)) gathered%normal(:, :, i) = structure%normal(:, :, list(i))
+         if (allocated(gathered%straight) .and. present(straight)) gathered%straight(:, i) = straight(:, list(i))
+      end do
+   end subroutine gather_elements
+
+   !> Displacements and spins of the nodes of a list of elements, u1 t1 u2 t2 u3 t3.
+   pure subroutine gather_motion(structure, motion, list, gathered)
+      type(structure_t), intent(in) :: structure
+      real(wp), intent(in) :: motion(:, :) !< (6, nodes)
+      integer, intent(in) :: list(:)
+      real(wp), intent(out) :: gathered(:, :) !< (18, size(list))
+      integer :: i, k
+      do i = 1, size(list)
+         do k = 1, 3
+            gathered(6*k - 5:6*k, i) = motion(:, structure%mesh%triangles(k, list(i)))
+         end do
+      end do
+   end subroutine gather_motion
+
+   !> evaluate_elements of gathered ones. What is not allocated on the side of the caller counts as absent.
+   subroutine evaluate_gathered(section, gathered, status, energy, force, tangent, resultants, toward, threads)
+      type(section_t), intent(in) :: section
+      type(gathered_t), intent(in) :: gathered
+      integer(i4), intent(out), contiguous :: status(:)
+      real(wp), intent(out), optional, contiguous :: energy(:), force(:, :), tangent(:, :, :)
+      real(wp), intent(in), optional, contiguous :: resultants(:, :), toward(:, :)
+      integer, intent(in), optional :: threads
+      call evaluate_elements(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, status, &
+                             energy=energy, force=force, tangent=tangent, direction=gathered%direction, threads=threads, &
+                             resultants=resultants, toward=toward, straight=gathered%straight, normal=gathered%normal)
+   end subroutine evaluate_gathered
+
+   !> predict_resultants of gathered ones.
+   subroutine predict_gathered(section, gathered, increment, resultants, status, toward)
+      type(section_t), intent(in) :: section
+      type(gathered_t), intent(in) :: gathered
+      real(wp), intent(in), contiguous :: increment(:, :) !< (18, elements)
+      real(wp), intent(out), contiguous :: resultants(:, :) !< (n_resultants, elements)
+      integer(i4), intent(out), contiguous :: status(:)
+      real(wp), intent(in), optional, contiguous :: toward(:, :)
+      call predict_resultants(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, increment, resultants, status, &
+                              gathered%direction, toward, gathered%straight, gathered%normal)
+   end subroutine predict_gathered
+
+   !> recover_elements of gathered ones.
+   subroutine recover_gathered(section, gathered, status, stretch, force, moment, stress, stress_status)
+      type(section_t), intent(in) :: section
+      type(gathered_t), intent(in) :: gathered
+      integer(i4), intent(out), contiguous :: status(:)
+      real(wp), intent(out), optional, contiguous :: stretch(:), force(:, :), moment(:, :), stress(:, :, :)
+      integer(i4), intent(out), optional, contiguous :: stress_status(:, :)
+      call recover_elements(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, status, &
+                            stretch, force, moment, stress, gathered%direction, stress_status=stress_status, &
+                            straight=gathered%straight, normal=gathered%normal)
+   end subroutine recover_gathered
+end module finshell_discretisation
