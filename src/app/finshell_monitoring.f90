@@ -193,7 +193,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: energy
       real(wp), allocatable :: x(:, :, :), u(:, :, :), q(:, :, :), direction(:, :), normal(:, :, :), e(:)
-      logical, allocatable :: straight(:, :)
+      integer, allocatable :: held(:, :)
       integer, allocatable :: elements(:)
       integer(i4), allocatable :: status(:)
       integer :: i, s
@@ -201,10 +201,10 @@ contains
       associate (structure => problem%structure)
          do s = 1, size(structure%sections)
             elements = pack([(i, i=1, size(structure%element_section))], structure%element_section == s)
-            call gather_elements(problem, state, elements, x, u, q, direction, straight, normal)
+            call gather_elements(problem, state, elements, x, u, q, direction, held, normal)
             allocate (status(size(elements)), e(size(elements)))
             call evaluate_elements(structure%sections(s), size(elements), x, u, q, rotation_quaternion, status, energy=e, &
-                                   direction=direction, straight=straight, normal=normal)
+                                   direction=direction, held=held, normal=normal)
             energy = energy + sum(e)
             deallocate (status, e)
          end do

@@ -94,7 +94,7 @@ contains
       type(recovery_t), intent(out) :: r
       real(wp), allocatable :: x(:, :, :), u(:, :, :), q(:, :, :), direction(:, :), l(:), n(:, :), m(:, :), sigma(:, :, :)
       real(wp), allocatable :: normal(:, :, :)
-      logical, allocatable :: straight(:, :)
+      integer, allocatable :: held(:, :)
       integer, allocatable :: mine(:)
       integer(i4), allocatable :: status(:), stress_status(:, :)
       integer :: i, s
@@ -107,12 +107,12 @@ contains
          do s = 1, size(structure%sections)
             mine = pack([(i, i=1, size(elements))], structure%element_section(elements) == s)
             if (size(mine) == 0) cycle
-            call gather_elements(problem, state, elements(mine), x, u, q, direction, straight, normal)
+            call gather_elements(problem, state, elements(mine), x, u, q, direction, held, normal)
             allocate (status(size(mine)), l(size(mine)), n(3, size(mine)), m(3, size(mine)))
             ! not asked for, they stay unallocated, and so count as absent in the call
             if (with_stress) allocate (sigma(3, 3, size(mine)), stress_status(3, size(mine)))
             call recover_elements(structure%sections(s), size(mine), x, u, q, rotation_quaternion, status, l, n, m, sigma, &
-                                  direction, stress_status=stress_status, straight=straight, normal=normal)
+                                  direction, stress_status=stress_status, held=held, normal=normal)
             r%stretch(mine) = l
             r%force(:, mine) = n
             r%moment(:, mine) = m
@@ -128,15 +128,15 @@ contains
    end subroutine recover_at
 
    !> Element arrays of some elements.
-   subroutine gather_elements(problem, state, elements, x, u, q, direction, straight, normal)
+   subroutine gather_elements(problem, state, elements, x, u, q, direction, held, normal)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: elements(:)
       real(wp), allocatable, intent(out) :: x(:, :, :), u(:, :, :), q(:, :, :), direction(:, :)
-      logical, allocatable, intent(out) :: straight(:, :) !< unallocated: none
+      integer, allocatable, intent(out) :: held(:, :) !< unallocated: none
       real(wp), allocatable, intent(out) :: normal(:, :, :) !< unallocated: flat facets
       integer :: i, k, node
-      if (allocated(problem%equations%straight)) straight = problem%equations%straight(:, elements)
+      if (allocated(problem%equations%held)) held = problem%equations%held(:, elements)
       allocate (x(3, 3, size(elements)), u(3, 3, size(elements)), q(4, 3, size(elements)), direction(3, size(elements)))
       associate (structure => problem%structure)
          if (allocated(structure%normal)) normal = structure%normal(:, :, elements)

@@ -29,13 +29,13 @@ module finshell_assembly
       logical, allocatable :: framed(:) ! (slots) a node has axes of its own
       integer(i4), allocatable :: frame(:) ! (nodes) 0: global axes
       real(wp), allocatable :: frames(:, :, :)
-      logical, allocatable :: straight(:, :) ! (3, slots) sides kept straight
+      integer, allocatable :: held(:, :) ! (3, slots) sides that supports hold (finshell_batch)
    end type assembly_t
 
 contains
 
    !> Prepare the assembly. Errors: status_invalid_argument when array sizes do not fit each other.
-   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames, straight)
+   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames, held)
       type(assembly_t), intent(out) :: self
       type(sparsity_t), intent(in) :: pattern !< of the same triangles and equations
       integer, intent(in) :: triangles(:, :) !< (3, elements)
@@ -44,7 +44,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer, optional, intent(in) :: frame(:) !< (nodes) axes of each node: index into frames, 0 = global
       real(wp), optional, intent(in) :: frames(:, :, :) !< (3, 3, :) orthonormal columns: the axes
-      logical, optional, intent(in) :: straight(:, :) !< (3, elements) sides that drilling rotations do not bend
+      integer, optional, intent(in) :: held(:, :) !< (3, elements) sides that supports hold (finshell_batch)
       integer :: s, e
 
       self%elements = size(triangles, 2)
@@ -79,7 +79,7 @@ contains
          self%corner(:, s) = int(triangles(:, e), i4)
          self%framed(s) = any(self%frame(triangles(:, e)) > 0)
       end do
-      if (present(straight)) self%straight = straight(:, self%patches%element)
+      if (present(held)) self%held = held(:, self%patches%element)
       call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
    end subroutine new_assembly
 
@@ -121,7 +121,7 @@ contains
       real(wp), allocatable :: patch_energy(:)
       real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), f(:, :), k(:, :, :), w(:), axes(:, :), stress(:, :), d(:, :)
       real(wp), allocatable :: m(:, :, :)
-      logical, allocatable :: straight(:, :)
+      integer, allocatable :: held(:, :)
       integer(i4), allocatable :: element_status(:)
       integer :: p, c, i, j, s, n, most, team
 
@@ -134,7 +134,7 @@ contains
       if (present(threads)) team = max(1, threads)
 
       !$omp parallel num_threads(team) default(shared) &
-      !$omp private(x, v, r, f, k, w, axes, stress, d, straight, m, element_status, p, c, i, j, s, n)
+      !$omp private(x, v, r, f, k, w, axes, stress, d, held, m, element_status, p, c, i, j, s, n)
       allocate (x(3, 3, most), v(3, 3, most), r(4, 3, most), f(18, most), element_status(most))
       ! What is not asked for stays unallocated, and so counts as absent in the call below.
       if (present(values)) allocate (k(18, 18, most))
@@ -143,7 +143,7 @@ contains
       if (present(normals)) allocate (m(3, 3, most))
       if (present(resultants) .and. present(values)) allocate (stress(n_resultants, most))
       if (present(toward) .and. present(values)) allocate (d(18, most))
-      if (allocated(self%straight)) allocate (straight(3, most))
+      if (allocated(self%held)) allocate (held(3, most))
       if (present(values)) then
          !$omp do schedule(static)
          do i = 1, size(values)
@@ -171,11 +171,11 @@ contains
                if (allocated(axes)) axes(:, i) = material_axes(:, self%patches%element(s + i))
                if (allocated(m)) m(:, :, i) = normals(:, :, self%patches%element(s + i))
                if (allocated(stress)) stress(:, i) = resultants(:, s + i)
-               if (allocated(straight)) straight(:, i) = self%straight(:, s + i)
+               if (allocated(held)) held(:, i) = self%held(:, s + i)
             end do
             call evaluate_elements(sections(self%patches%group(p)), n, x, v, r(:, :, :n), rotation_quaternion, element_status, &
                                    energy=w, force=f, tangent=k, direction=axes, threads=1, resultants=stress, toward=d, &
-                                   straight=straight, normal=m)
+                                   held=held, normal=m)
             if (any(element_status(:n) /= status_ok)) then
                !$omp critical (finshell_bad_element)
                do i = 1, n
@@ -218,18 +218,18 @@ contains
       real(wp), optional, intent(in) :: toward(:, :) !< as for `assemble`
       real(wp), optional, intent(in) :: normals(:, :, :) !< as for `assemble`
       real(wp), allocatable :: x(:, :, :), v(:, :, :), r(:, :, :), d(:, :), axes(:, :), t(:, :), m(:, :, :)
-      logical, allocatable :: straight(:, :)
+      integer, allocatable :: held(:, :)
       integer(i4), allocatable :: element_status(:)
       integer :: i, j, n, p, s, team
 
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
-      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, t, m, straight, &
+      !$omp parallel do schedule(dynamic) num_threads(team) default(shared) private(x, v, r, d, axes, t, m, held, &
       !$omp element_status, i, j, n, s)
       do p = 1, size(self%patches%group)
          s = self%patches%first(p) - 1
          n = self%patches%first(p + 1) - self%patches%first(p)
-         if (allocated(self%straight)) straight = self%straight(:, s + 1:s + n)
+         if (allocated(self%held)) held = self%held(:, s + 1:s + n)
          allocate (x(3, 3, n), v(3, 3, n), r(4, 3, n), d(18, n), axes(3, n), element_status(n))
          ! unallocated: absent in the call below
          if (present(toward)) allocate (t(18, n))
@@ -247,7 +247,7 @@ contains
             if (present(normals)) m(:, :, i) = normals(:, :, self%patches%element(s + i))
          end do
          call predict_resultants(sections(self%patches%group(p)), n, x, v, r, d, resultants(:, s + 1:s + n), element_status, axes, &
-                                 t, straight, m)
+                                 t, held, m)
          deallocate (x, v, r, d, axes, element_status)
          if (allocated(t)) deallocate (t)
          if (allocated(m)) deallocate (m)

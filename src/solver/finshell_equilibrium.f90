@@ -100,7 +100,7 @@ contains
       call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
       if (allocated(error)) return
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
-         error, self%equations%frame, self%equations%frames, self%equations%straight)
+         error, self%equations%frame, self%equations%frames, self%equations%held)
       if (allocated(error)) return
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return

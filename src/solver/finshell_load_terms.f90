@@ -3,7 +3,7 @@
 module finshell_load_terms
    use finshell_kinds, only: wp, i4, lanes
    use finshell_rotation, only: cross_product, spin
-   use finshell_batch, only: evaluate_elements, rotation_quaternion
+   use finshell_batch, only: evaluate_elements, rotation_quaternion, side_free
    use finshell_line_load, only: bulge_load
    use finshell_pressure, only: follower_pressure
    use finshell_quaternion, only: quaternion_to_matrix
@@ -243,7 +243,7 @@ contains
       real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
       real(wp), allocatable :: heading(:, :) ! unallocated it counts as absent in the call
       real(wp) :: x(3, 3, lanes), u(3, 3, lanes), q(4, 3, lanes), f(18, lanes), k(18, 18, lanes), direction(3, lanes), change(18)
-      logical :: straight(3, lanes)
+      integer :: held(3, lanes)
       real(wp), allocatable :: normal(:, :, :)
       integer(i4) :: status(lanes)
       integer :: e, first, i, j, n, node, section
@@ -264,15 +264,15 @@ contains
                u(:, j, n) = state%displacement(:, node)
                q(:, j, n) = state%rotation(:, node)
             end do
-            straight(:, n) = .false.
-            if (allocated(equations%straight)) straight(:, n) = equations%straight(:, e)
+            held(:, n) = side_free
+            if (allocated(equations%held)) held(:, n) = equations%held(:, e)
             direction(:, n) = [1, 0, 0]
             if (allocated(structure%direction)) direction(:, n) = structure%direction(:, e)
             if (present(toward)) heading(:, n) = reshape(toward(:, structure%mesh%triangles(:, e)), [18])
             if (allocated(structure%normal)) normal(:, :, n) = structure%normal(:, :, e)
          end do
          call evaluate_elements(structure%sections(section), n, x, u, q(:, :, :n), rotation_quaternion, status, force=f, &
-                                tangent=k, direction=direction, threads=1, toward=heading, straight=straight, normal=normal)
+                                tangent=k, direction=direction, threads=1, toward=heading, held=held, normal=normal)
          do i = 1, n
             associate (nodes => structure%mesh%triangles(:, elements(first + i - 1)))
                change = matmul(k(:, :, i), reshape(motion(:, nodes), [18]))
