@@ -193,8 +193,9 @@ typedef struct finshell_elements {
    const double *toward;    /* [n][18] for a tangent at a switch of a law, as fibres in tension only have it where they are just
                                unstretched: displacements and spins of the nodes in whose direction it is taken. NULL: fibres at the
                                switch are slack. */
-   const int32_t *straight; /* [n][3] not 0: this side (nodes 0-1, 1-2, 2-0) is not bent by drilling rotations, because its
-                               displacement is prescribed. NULL: none. */
+   const int32_t *straight; /* [n][3] of each side (nodes 0-1, 1-2, 2-0): 0 free; 1 not bent by drilling rotations, because its
+                               displacement along its normal in the plane of the element is prescribed; 2 nor by slopes, because
+                               that along the normal of the element is prescribed, too. NULL: all free. */
 } finshell_elements;
 
 /* Energy, force and tangent of n elements of one section.

@@ -3,7 +3,7 @@
 
     bench/stability.py [BUILD]      BUILD: folder of a preset, default build/release
 
-Drilling stiffness over stretches 0.2 to 6, shapes to 5 degrees, all laws; clamped patches; ring meshes of the rubber disk to
+Drilling stiffness over stretches 0.2 to 6, shapes to 5 degrees, all laws; clamped and hinged patches; ring meshes of the rubber disk to
 w = 40 in; one-element strips in tension; thin sphere to five times its size. `make test` runs a sample of it.
 """
 import os

@@ -92,13 +92,13 @@ contains
       type(section_t), pointer :: s
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
-      logical, allocatable :: straight(:, :)
+      integer, allocatable :: held(:, :)
       integer(c_int32_t), target :: local(few)
       integer(c_int32_t), allocatable, target :: many(:)
       integer(c_int32_t), pointer, contiguous :: found(:)
       integer :: memory, team
 
-      code = receive(place, section, block, s, x, u, r, state, direction, normal, toward, straight, status)
+      code = receive(place, section, block, s, x, u, r, state, direction, normal, toward, held, status)
       if (code /= status_ok .or. block%n == 0) return
       if (present(codes)) then
          found => codes
@@ -114,12 +114,12 @@ contains
       end if
       if (block%threads == 0 .and. .not. forked()) then
          call evaluate_elements(s, block%n, x, u, r, block%convention, found, energy, force, tangent, direction, state=state, &
-                                toward=toward, straight=straight, normal=normal)
+                                toward=toward, held=held, normal=normal)
       else
          team = min(block%threads, most_threads)
          if (team > 1) team = merge(1, team, forked())
          call evaluate_elements(s, block%n, x, u, r, block%convention, found, energy, force, tangent, direction, max(1, team), &
-                                state, toward=toward, straight=straight, normal=normal)
+                                state, toward=toward, held=held, normal=normal)
       end if
       code = conclude(place, block, found, status)
    end function evaluate_given
@@ -136,11 +136,11 @@ contains
       type(section_t), pointer :: s
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
-      logical, allocatable :: straight(:, :)
+      integer, allocatable :: held(:, :)
       integer(c_int32_t), allocatable :: found(:)
       integer :: memory
 
-      code = receive(place, section, block, s, x, u, r, state, direction, normal, toward, straight, status)
+      code = receive(place, section, block, s, x, u, r, state, direction, normal, toward, held, status)
       if (code /= status_ok .or. block%n == 0) return
       allocate (found(block%n), stat=memory)
       if (memory /= 0) then
@@ -148,7 +148,7 @@ contains
          return
       end if
       call recover_elements(s, block%n, x, u, r, block%convention, found, stretch, membrane_force, moment, stress, direction, &
-                            state, straight=straight, normal=normal)
+                            state, held=held, normal=normal)
       if (present(codes)) codes = found
       code = conclude(place, block, found, status)
    end function recover_given

@@ -5,7 +5,7 @@
 module finshell_capi_elements
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_loc, c_null_ptr, &
       c_ptr, c_size_t, c_sizeof
-   use finshell_batch, only: rotation_increment, rotation_quaternion, rotation_vector
+   use finshell_batch, only: side_fixed, side_free, side_straight, rotation_increment, rotation_quaternion, rotation_vector
    use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory
    use finshell_capi_handle, only: section_of
    use finshell_section, only: section_t
@@ -90,14 +90,14 @@ contains
    !>
    !> What the block does not hold is not associated, and counts as absent in a call. (Not so, for gfortran 12, the components of a
    !> structure.)
-   function receive(place, section, block, s, x, u, rotations, state, direction, normal, toward, straight, status) result(code)
+   function receive(place, section, block, s, x, u, rotations, state, direction, normal, toward, held, status) result(code)
       character(len=*), intent(in) :: place
       type(c_ptr), intent(in) :: section
       type(c_elements_t), intent(in) :: block
       type(section_t), pointer, intent(out) :: s
       real(c_double), pointer, contiguous, dimension(:, :, :), intent(out) :: x, u, rotations, state, normal
       real(c_double), pointer, contiguous, dimension(:, :), intent(out) :: direction, toward
-      logical, allocatable, intent(out) :: straight(:, :)
+      integer, allocatable, intent(out) :: held(:, :)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       integer(c_int32_t), pointer :: sides(:, :)
@@ -142,12 +142,12 @@ contains
       if (c_associated(block%toward)) call c_f_pointer(block%toward, toward, [18, block%n])
       if (.not. c_associated(block%straight)) return
       call c_f_pointer(block%straight, sides, [3, block%n])
-      allocate (straight(3, block%n), stat=memory)
+      allocate (held(3, block%n), stat=memory)
       if (memory /= 0) then
          code = refuse_memory(status, place)
          return
       end if
-      straight = sides /= 0
+      held = merge(side_fixed, merge(side_straight, side_free, sides /= 0), sides == side_fixed)
    end function receive
 
    !> Why the first element with a negative code has status_invalid_argument; blank when it has not.

@@ -21,6 +21,7 @@ module finshell_equilibrium
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
+   use finshell_symmetric_part, only: symmetric_part_t
    use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_turning, add_motion, motion_of_held
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
@@ -40,6 +41,8 @@ module finshell_equilibrium
       type(equations_t) :: equations
       type(external_t) :: external
       type(linear_solver_t) :: solver
+      type(symmetric_part_t), private :: half !< of an unsymmetric matrix, for descents
+      logical, private :: by_half = .false. !< it is what was factorised last
       real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
       type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
@@ -100,8 +103,9 @@ contains
       call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
       if (allocated(error)) return
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
-         error, self%equations%frame, self%equations%frames, self%equations%straight)
+         error, self%equations%frame, self%equations%frames, self%equations%held)
       if (allocated(error)) return
+      call self%half%take(pattern)
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
       self%soft = is_soft(structure%sections)
@@ -193,9 +197,9 @@ contains
       self%entry%unit_force = unit_force
       bulges = 0*unit_force
       if (tangent) then
-         call add_bulges(self%external, self%structure, self%state, self%assembly, bulges, self%values)
+         call add_bulges(self%external, self%equations, self%structure, self%state, self%assembly, bulges, self%values)
       else
-         call add_bulges(self%external, self%structure, self%state, self%assembly, bulges)
+         call add_bulges(self%external, self%equations, self%structure, self%state, self%assembly, bulges)
       end if
       unit_force = unit_force + bulges
       self%entry%bulges = bulges
@@ -207,7 +211,7 @@ contains
          call add_motion(self%structure, self%equations, self%moved_elements, self%state, active, self%internal_force, &
             out_of_balance, toward)
          if (self%external%bulges .and. size(self%equations%moved) > 0) &
-            call change_of_bulges(self%external, self%structure, self%state, &
+            call change_of_bulges(self%external, self%equations, self%structure, self%state, &
                                   motion_of_held(self%equations, self%state, active), out_of_balance)
          self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
@@ -240,16 +244,18 @@ contains
       class(equilibrium_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: damped(:)
+      self%by_half = self%damping > 0 .and. self%half%exists()
       if (self%damping > 0) then
          damped = self%values
          damped(self%diagonal) = damped(self%diagonal) + self%damping*self%weight
-         call self%solver%factorise(damped, error)
+         if (self%by_half) call self%half%factorise(damped, error)
+         if (.not. self%by_half) call self%solver%factorise(damped, error)
       else
          call self%solver%factorise(self%values, error)
       end if
-      self%negative_pivots = self%solver%negative_pivots
-      self%determinant_sign = self%solver%determinant_sign
-      if (.not. allocated(error)) return
+      self%negative_pivots = merge(self%half%solver%negative_pivots, self%solver%negative_pivots, self%by_half)
+      self%determinant_sign = merge(self%half%solver%determinant_sign, self%solver%determinant_sign, self%by_half)
+      if (.not. allocated(error) .or. self%by_half) return
       if (error%code == status_singular_matrix .and. allocated(self%solver%null_vector)) &
          error%message = name_mode(self%structure%mesh, self%equations, self%solver%null_vector)
    end subroutine factorise
@@ -259,7 +265,11 @@ contains
       real(wp), intent(in), contiguous :: b(:)
       real(wp), intent(out), contiguous :: x(:)
       type(error_t), allocatable, intent(out) :: error
-      call self%solver%solve(b, x, error)
+      if (self%by_half) then
+         call self%half%solver%solve(b, x, error)
+      else
+         call self%solver%solve(b, x, error)
+      end if
    end subroutine solve
 
    !> Displacements add, spins turn; held components follow the factor.

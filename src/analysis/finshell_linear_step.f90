@@ -198,14 +198,15 @@ contains
       ! Pressure forces are of second degree in the positions: the difference is their exact derivative.
       call unit_forces(0.0_wp, unit_force)
       bulges = 0*unit_force
-      call add_bulges(problem%external, problem%structure, problem%state, problem%assembly, bulges)
+      call add_bulges(problem%external, problem%equations, problem%structure, problem%state, problem%assembly, bulges)
       call unit_forces(1.0_wp, forward)
       call unit_forces(-1.0_wp, backward)
       problem%external_force = problem%external_force + load_change*unit_force(:, :, 1) + constant_change*unit_force(:, :, 2) &
          + 0.5_wp*problem%state%load_factor*(forward(:, :, 1) - backward(:, :, 1)) &
          + 0.5_wp*problem%state%constant_factor*(forward(:, :, 2) - backward(:, :, 2)) &
          + load_change*bulges(:, :, 1) + constant_change*bulges(:, :, 2)
-      call change_of_bulges(problem%external, problem%structure, problem%state, change%motion, problem%external_force)
+      call change_of_bulges(problem%external, problem%equations, problem%structure, problem%state, change%motion, &
+                             problem%external_force)
 
    contains
 

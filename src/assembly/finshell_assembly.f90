@@ -32,13 +32,13 @@ module finshell_assembly
       logical, allocatable :: framed(:) ! (slots) a node has axes of its own
       integer(i4), allocatable :: frame(:) ! (nodes) 0: global axes
       real(wp), allocatable :: frames(:, :, :)
-      logical, allocatable :: straight(:, :) ! (3, elements) sides kept straight
+      integer, allocatable :: held(:, :) ! (3, elements) sides that supports hold (finshell_batch)
    end type assembly_t
 
 contains
 
    !> Prepare the assembly. Errors: status_invalid_argument when array sizes do not fit each other.
-   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames, straight)
+   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames, held)
       type(assembly_t), intent(out) :: self
       type(sparsity_t), intent(in) :: pattern !< of the same triangles and equations
       integer, intent(in) :: triangles(:, :) !< (3, elements)
@@ -47,7 +47,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer, optional, intent(in) :: frame(:) !< (nodes) axes of each node: index into frames, 0 = global
       real(wp), optional, intent(in) :: frames(:, :, :) !< (3, 3, :) orthonormal columns: the axes
-      logical, optional, intent(in) :: straight(:, :) !< (3, elements) sides that drilling rotations do not bend
+      integer, optional, intent(in) :: held(:, :) !< (3, elements) sides that supports hold (finshell_batch)
       integer :: s, e
 
       self%elements = size(triangles, 2)
@@ -82,7 +82,7 @@ contains
          self%corner(:, s) = int(triangles(:, e), i4)
          self%framed(s) = any(self%frame(triangles(:, e)) > 0)
       end do
-      if (present(straight)) self%straight = straight
+      if (present(held)) self%held = held
       call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
    end subroutine new_assembly
 
@@ -158,7 +158,7 @@ contains
             s = self%patches%first(p) - 1
             n = self%patches%first(p + 1) - self%patches%first(p)
             associate (mine => self%patches%element(s + 1:s + n))
-               call gather_elements(structure, state, mine, g, self%straight)
+               call gather_elements(structure, state, mine, g, self%held)
                if (allocated(d)) call gather_motion(structure, toward, mine, d)
                if (allocated(stress)) stress(:, :n) = resultants(:, s + 1:s + n)
             end associate
@@ -220,7 +220,7 @@ contains
          allocate (d(18, n), element_status(n))
          if (present(toward)) allocate (t(18, n)) ! unallocated: absent in the call below
          associate (mine => self%patches%element(s + 1:s + n))
-            call gather_elements(structure, state, mine, g, self%straight)
+            call gather_elements(structure, state, mine, g, self%held)
             call gather_motion(structure, increment, mine, d)
             if (allocated(t)) call gather_motion(structure, toward, mine, t)
          end associate

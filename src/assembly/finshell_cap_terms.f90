@@ -13,16 +13,18 @@ module finshell_cap_terms
 contains
 
    !> Volume of each cap, gradient, Hessian; of an element that has failed, 0: the elements themselves report it.
-   subroutine caps_at(structure, elements, state, volume, force, stiffness)
+   subroutine caps_at(structure, elements, state, volume, force, stiffness, held)
       type(structure_t), intent(in) :: structure !< with normals
       integer, intent(in) :: elements(:)
       type(state_t), intent(in) :: state
       real(wp), intent(out), optional :: volume(:) !< (elements)
       real(wp), intent(out), optional :: force(:, :) !< (18, elements)
       real(wp), intent(out), optional :: stiffness(:, :, :) !< (18, 18, elements)
+      integer, intent(in), optional :: held(:, :) !< (3, elements of the structure) see finshell_held_side
       type(gathered_t) :: g
       integer(i4) :: status(size(elements))
-      call gather_elements(structure, state, elements, g)
-      call evaluate_caps(size(elements), g%x, g%u, g%q, rotation_quaternion, g%normal, status, volume, force, stiffness)
+      call gather_elements(structure, state, elements, g, held)
+      call evaluate_caps(size(elements), g%x, g%u, g%q, rotation_quaternion, g%normal, status, volume, force, stiffness, &
+                         held=g%held)
    end subroutine caps_at
 end module finshell_cap_terms

@@ -1,7 +1,7 @@
 !> The elements of a structure as the kernel takes them: the arrays of any list of elements, gathered here and nowhere else, and
 !> the calls of the kernel with them.
 !>
-!> Whatever an element needs to know beside its nodes (material direction, normals, straight sides) is gathered with them, so no
+!> Whatever an element needs to know beside its nodes (material direction, normals, held sides) is gathered with them, so no
 !> caller can forget it.
 module finshell_discretisation
    use finshell_batch, only: evaluate_elements, n_resultants, predict_resultants, recover_elements, rotation_quaternion
@@ -18,18 +18,18 @@ module finshell_discretisation
       real(wp), allocatable :: x(:, :, :), u(:, :, :), q(:, :, :)
       real(wp), allocatable :: direction(:, :)
       real(wp), allocatable :: normal(:, :, :)
-      logical, allocatable :: straight(:, :)
+      integer, allocatable :: held(:, :)
    end type gathered_t
 
 contains
 
    !> Gather a list of elements at a state.
-   pure subroutine gather_elements(structure, state, list, gathered, straight)
+   pure subroutine gather_elements(structure, state, list, gathered, held)
       type(structure_t), intent(in) :: structure
       type(state_t), intent(in) :: state
       integer, intent(in) :: list(:) !< element numbers
       type(gathered_t), intent(inout) :: gathered !< arrays that fit already are kept
-      logical, intent(in), optional :: straight(:, :) !< (3, elements of the structure), see finshell_straight_side
+      integer, intent(in), optional :: held(:, :) !< (3, elements of the structure), see finshell_held_side
       integer :: i, k, n
       n = size(list)
       if (allocated(gathered%x)) then
@@ -39,10 +39,10 @@ contains
          allocate (gathered%x(3, 3, n), gathered%u(3, 3, n), gathered%q(4, 3, n))
          if (allocated(gathered%direction)) deallocate (gathered%direction)
          if (allocated(gathered%normal)) deallocate (gathered%normal)
-         if (allocated(gathered%straight)) deallocate (gathered%straight)
+         if (allocated(gathered%held)) deallocate (gathered%held)
          if (allocated(structure%direction)) allocate (gathered%direction(3, n))
          if (allocated(structure%normal)) allocate (gathered%normal(3, 3, n))
-         if (present(straight)) allocate (gathered%straight(3, n))
+         if (present(held)) allocate (gathered%held(3, n))
       end if
       do i = 1, n
          do k = 1, 3
@@ -54,7 +54,7 @@ contains
          end do
          if (allocated(gathered%direction)) gathered%direction(:, i) = structure%direction(:, list(i))
          if (allocated(gathered%normal)) gathered%normal(:, :, i) = structure%normal(:, :, list(i))
-         if (allocated(gathered%straight) .and. present(straight)) gathered%straight(:, i) = straight(:, list(i))
+         if (allocated(gathered%held) .and. present(held)) gathered%held(:, i) = held(:, list(i))
       end do
    end subroutine gather_elements
 
@@ -82,7 +82,7 @@ contains
       integer, intent(in), optional :: threads
       call evaluate_elements(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, status, &
                              energy=energy, force=force, tangent=tangent, direction=gathered%direction, threads=threads, &
-                             resultants=resultants, toward=toward, straight=gathered%straight, normal=gathered%normal)
+                             resultants=resultants, toward=toward, held=gathered%held, normal=gathered%normal)
    end subroutine evaluate_gathered
 
    !> predict_resultants of gathered ones.
@@ -94,7 +94,7 @@ contains
       integer(i4), intent(out), contiguous :: status(:)
       real(wp), intent(in), optional, contiguous :: toward(:, :)
       call predict_resultants(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, increment, resultants, status, &
-                              gathered%direction, toward, gathered%straight, gathered%normal)
+                              gathered%direction, toward, gathered%held, gathered%normal)
    end subroutine predict_gathered
 
    !> recover_elements of gathered ones.
@@ -106,6 +106,6 @@ contains
       integer(i4), intent(out), optional, contiguous :: stress_status(:, :)
       call recover_elements(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, status, &
                             stretch, force, moment, stress, gathered%direction, stress_status=stress_status, &
-                            straight=gathered%straight, normal=gathered%normal)
+                            held=gathered%held, normal=gathered%normal)
    end subroutine recover_gathered
 end module finshell_discretisation

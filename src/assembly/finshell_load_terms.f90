@@ -96,8 +96,9 @@ contains
 
    !> Loads on bulges: forces and moments for a factor of 1 to unit_force; with values, the stiffness at the present factor to the
    !> matrix.
-   subroutine add_bulges(loads, structure, state, assembly, unit_force, values)
+   subroutine add_bulges(loads, equations, structure, state, assembly, unit_force, values)
       type(external_t), intent(in) :: loads
+      type(equations_t), intent(in) :: equations
       type(structure_t), intent(in) :: structure
       type(state_t), intent(in) :: state
       type(assembly_t), intent(in) :: assembly
@@ -132,13 +133,13 @@ contains
             allocate (force(18, size(region%curved)))
             if (present(values)) then
                allocate (stiffness(18, 18, size(region%curved)))
-               call caps_at(structure, region%curved, state, force=force, stiffness=stiffness)
+               call caps_at(structure, region%curved, state, force=force, stiffness=stiffness, held=equations%held)
                force = region%pressure*force
                stiffness = (merge(state%load_factor, state%constant_factor, region%scaling == 1)*region%pressure)*stiffness
                call add_element_contributions(assembly, region%curved, force, unit_force(:, :, region%scaling), stiffness, values)
                deallocate (stiffness)
             else
-               call caps_at(structure, region%curved, state, force=force)
+               call caps_at(structure, region%curved, state, force=force, held=equations%held)
                force = region%pressure*force
                call add_element_contributions(assembly, region%curved, force, unit_force(:, :, region%scaling))
             end if
@@ -148,8 +149,9 @@ contains
    end subroutine add_bulges
 
    !> Change of the forces on bulges with a motion of the nodes, at the present factors.
-   subroutine change_of_bulges(loads, structure, state, motion, change)
+   subroutine change_of_bulges(loads, equations, structure, state, motion, change)
       type(external_t), intent(in) :: loads
+      type(equations_t), intent(in) :: equations
       type(structure_t), intent(in) :: structure
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
@@ -165,7 +167,7 @@ contains
          associate (region => loads%pressures(i))
             if (size(region%curved) == 0) cycle
             allocate (forces(18, size(region%curved)), stiffnesses(18, 18, size(region%curved)))
-            call caps_at(structure, region%curved, state, force=forces, stiffness=stiffnesses)
+            call caps_at(structure, region%curved, state, force=forces, stiffness=stiffnesses, held=equations%held)
             do j = 1, size(region%curved)
                call add_change(region%curved(j), factor(region%scaling)*region%pressure, forces(:, j), stiffnesses(:, :, j))
             end do
@@ -308,7 +310,7 @@ contains
                if (.not. allocated(heading)) allocate (heading(18, lanes))
                call gather_motion(structure, toward, mine, heading)
             end if
-            call gather_elements(structure, state, mine, g, equations%straight)
+            call gather_elements(structure, state, mine, g, equations%held)
             call gather_motion(structure, motion, mine, moved)
             call evaluate_gathered(structure%sections(section), g, status, force=f, tangent=k, toward=heading, threads=1)
             do i = 1, size(mine)

@@ -21,6 +21,7 @@ module finshell_volume
 
    type :: volume_t
       integer, allocatable :: elements(:), curved(:) !< those of them with a curved reference
+      integer, allocatable :: held(:, :) !< (3, elements of the structure) sides that supports hold
       real(wp) :: origin(3) = 0
    contains
       procedure :: value => volume_value
@@ -62,6 +63,7 @@ contains
          return
       end if
       self%curved = curved_elements(structure, self%elements)
+      if (size(self%curved) > 0 .and. allocated(equations%held)) self%held = equations%held
       call symmetric_origin(structure%mesh, equations, self%elements, closed, self%origin)
       if (.not. closed) call raise(error, status_input_error, 'step: the elements do not enclose a volume: part of their ' &
          //'boundary is neither fixed nor in a plane of symmetry')
@@ -72,21 +74,22 @@ contains
       type(structure_t), intent(in) :: structure
       type(state_t), intent(in) :: state
       real(wp) :: volume
-      volume = volume_behind(structure, self%elements, self%curved, self%origin, state)
+      volume = volume_behind(structure, self%elements, self%curved, self%origin, state, self%held)
    end function volume_value
 
    !> Volume between elements and an origin, with the caps of those that are curved.
-   function volume_behind(structure, elements, curved, origin, state) result(volume)
+   function volume_behind(structure, elements, curved, origin, state, held) result(volume)
       type(structure_t), intent(in) :: structure
       integer, intent(in) :: elements(:), curved(:)
       real(wp), intent(in) :: origin(3)
       type(state_t), intent(in) :: state
+      integer, intent(in), optional :: held(:, :) !< (3, elements of the structure)
       real(wp) :: volume
       real(wp), allocatable :: caps(:)
       volume = enclosed_volume(size(elements), positions(structure%mesh, elements, state), origin)
       if (size(curved) == 0) return
       allocate (caps(size(curved)))
-      call caps_at(structure, curved, state, volume=caps)
+      call caps_at(structure, curved, state, volume=caps, held=held)
       volume = volume + sum(caps)
    end function volume_behind
 
@@ -121,7 +124,7 @@ contains
             nodal(1:3, nodes) = nodal(1:3, nodes) + reshape(force(:, i), [3, 3])
          end associate
       end do
-      if (size(self%curved) > 0) call caps_at(structure, self%curved, state, force=caps)
+      if (size(self%curved) > 0) call caps_at(structure, self%curved, state, force=caps, held=self%held)
       do i = 1, size(self%curved)
          associate (nodes => structure%mesh%triangles(:, self%curved(i)))
             nodal(:, nodes) = nodal(:, nodes) + reshape(caps(:, i), [6, 3])

@@ -10,13 +10,14 @@ module finshell_batch
    use finshell_element, only: block_t, evaluate_block, predict_block, recover_block, stress_t, rotation_vector, &
       rotation_quaternion, rotation_increment
    use finshell_evaluation, only: level_energy, level_force, level_tangent
+   use finshell_reference, only: side_free, side_straight, side_fixed
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
    private
    public :: evaluate_elements, predict_resultants, recover_elements
-   public :: rotation_vector, rotation_quaternion, rotation_increment, n_resultants
+   public :: rotation_vector, rotation_quaternion, rotation_increment, n_resultants, side_free, side_straight, side_fixed
 
    !> Resultants of an element at its three in-plane points: N11, N22, N12, M11, M22, M12 of each point in turn.
    integer, parameter :: n_resultants = 18
@@ -31,7 +32,7 @@ contains
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
    subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
-                                state, resultants, toward, straight, normal)
+                                state, resultants, toward, held, normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -50,8 +51,9 @@ contains
       !> Nodal displacements and spins, with rotation_quaternion and `tangent`: where a law has a switch, as fibres in tension only
       !> have it in the reference state, the tangent is the one-sided one in this direction; default: that without the fibres.
       real(wp), intent(in), optional :: toward(18, n)
-      !> Sides (nodes 1-2, 2-3, 3-1) that drilling rotations do not bend: those whose displacement is prescribed.
-      logical, intent(in), optional :: straight(3, n)
+      !> Sides (nodes 1-2, 2-3, 3-1) whose displacement is prescribed, in the plane of the element (side_straight) or in it and
+      !> along its normal (side_fixed); else side_free.
+      integer, intent(in), optional :: held(3, n)
       !> Normals of the surface at the nodes of each element (component, node, element), of any length: the reference is curved. In
       !> (S) only; absent: flat facets.
       real(wp), intent(in), optional :: normal(3, 3, n)
@@ -78,7 +80,7 @@ contains
          call hold(environment)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, toward, straight, normal)
+                                direction, state, resultants, toward, held, normal)
          end do
          quiet = all_quiet()
          call release(environment)
@@ -88,7 +90,7 @@ contains
 !$omp do schedule(static)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, toward, straight, normal)
+                                direction, state, resultants, toward, held, normal)
          end do
 !$omp end do
          quiet = all_quiet()
@@ -106,7 +108,7 @@ contains
    !>
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): the stress of the next iterate is taken from the
    !> linearisation of the last one. The solution is unchanged, thin shells take much larger increments.
-   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, toward, straight, &
+   subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, toward, held, &
                                  normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
@@ -116,7 +118,7 @@ contains
       integer(i4), intent(out) :: status(n)
       real(wp), intent(in), optional :: direction(3, n)
       real(wp), intent(in), optional :: toward(18, n) !< as in `evaluate_elements`
-      logical, intent(in), optional :: straight(3, n)
+      integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
       type(block_t) :: block
       type(environment_t) :: environment
@@ -127,7 +129,7 @@ contains
 
       call hold(environment)
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction, straight=straight, toward=toward, &
+         call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction, held=held, toward=toward, &
                      normal=normal)
          increments = 0
          do l = 1, min(lanes, n - first)
@@ -153,7 +155,7 @@ contains
    !> to the element), carried along by the element's rotation. Stresses are evaluated only if they are asked for: a law may end at
    !> the surfaces and not before. What fails is 0.
    subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
-                               state, stress_status, straight, normal)
+                               state, stress_status, held, normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -165,7 +167,7 @@ contains
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
       !> Of the stresses (bottom, middle, top; element). Not present: a stress that fails is the element's failure.
       integer(i4), intent(out), optional :: stress_status(3, n)
-      logical, intent(in), optional :: straight(3, n)
+      integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
       type(block_t) :: block
       type(environment_t) :: environment
@@ -189,7 +191,7 @@ contains
       if (present(stress)) allocate (sigma(lanes, 3, 3), surface(lanes, 3))
       call hold(environment)
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, rotation, convention, block, direction, state, straight, normal=normal)
+         call gather(first, n, x, u, rotation, convention, block, direction, state, held, normal=normal)
          input = status_ok
          call check_input(block, present(direction), input, changed)
          call recover_block(section, block, s, f, m, found, sigma, surface)
@@ -224,14 +226,14 @@ contains
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state, resultants, toward, straight, normal)
+                             state, resultants, toward, held, normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), toward(18, n)
-      logical, intent(in), optional :: straight(3, n)
+      integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
       type(block_t) :: block
       type(stress_t) :: stress
@@ -241,7 +243,7 @@ contains
       logical :: changed
 
       used = min(lanes, n - first)
-      call gather(first, n, x, u, rotation, convention, block, direction, state, straight, toward, normal)
+      call gather(first, n, x, u, rotation, convention, block, direction, state, held, toward, normal)
       if (present(resultants)) call gather_stress(first, n, resultants, stress)
       do
          if (present(resultants)) then

@@ -2,6 +2,7 @@
 module finshell_block
    use finshell_element, only: block_t, rotation_vector, rotation_increment, rotation_quaternion
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_reference, only: side_free, side_fixed
    use finshell_status, only: status_invalid_argument, status_large_rotation, status_material_limit, status_not_a_number, &
       status_ok
    implicit none
@@ -24,18 +25,19 @@ contains
    end function bad_shape
 
    !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
-   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state, straight, toward, normal)
+   pure subroutine gather(first, n, x, u, rotation, convention, block, direction, state, held, toward, normal)
       integer, intent(in) :: first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       type(block_t), intent(out) :: block
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), toward(18, n)
-      logical, intent(in), optional :: straight(3, n)
+      integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
       integer :: c, e, j, l
       block%convention = convention
       block%has_toward = present(toward)
       block%has_normals = present(normal)
       block%bulge = 1
+      block%bow = 0.125_wp
       do l = 1, lanes
          e = first + merge(l, 1, first + l <= n)
          do j = 1, 3
@@ -50,7 +52,10 @@ contains
          block%direction(l, :) = [1.0_wp, 0.0_wp, 0.0_wp]
          if (present(direction)) block%direction(l, :) = direction(:, e)
          if (convention == rotation_increment) block%state(l, :, :) = state(:, :, e)
-         if (present(straight)) block%bulge(l, :) = merge(0.0_wp, 1.0_wp, straight(:, e))
+         if (present(held)) then
+            block%bulge(l, :) = merge(1.0_wp, 0.0_wp, held(:, e) == side_free)
+            block%bow(l, :) = merge(0.0_wp, 0.125_wp, held(:, e) == side_fixed)
+         end if
          if (present(toward)) block%toward(l, :) = toward(:, e)
          if (present(normal)) block%normal(l, :, :) = normal(:, :, e)
       end do

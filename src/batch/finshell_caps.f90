@@ -17,13 +17,14 @@ contains
    !> Arguments as in evaluate_elements (finshell_batch); what is not present is not computed. A pressure p (positive along the
    !> normals) on the curved surface has the nodal forces of the pressure on the facets plus p times `force`, and its stiffness
    !> that of the facets plus p times `tangent`. Zero for an element whose normals are those of its facet.
-   subroutine evaluate_caps(n, x, u, rotation, convention, normal, status, volume, force, tangent, state)
+   subroutine evaluate_caps(n, x, u, rotation, convention, normal, status, volume, force, tangent, state, held)
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       real(wp), intent(in) :: normal(3, 3, n) !< of the surface at the nodes of each element (component, node, element)
       integer(i4), intent(out) :: status(n)
       real(wp), intent(out), optional :: volume(n), force(18, n), tangent(18, 18, n)
       real(wp), intent(in), optional :: state(4, 3, n)
+      integer, intent(in), optional :: held(3, n)
       type(block_t) :: block
       type(environment_t) :: environment
       real(wp) :: v(lanes), f(lanes, 18), k(lanes, 18, 18)
@@ -42,7 +43,7 @@ contains
       call hold(environment)
       do first = 0, n - 1, lanes
          used = min(lanes, n - first)
-         call gather(first, n, x, u, rotation, convention, block, state=state, normal=normal)
+         call gather(first, n, x, u, rotation, convention, block, state=state, held=held, normal=normal)
          input = status_ok
          call check_input(block, .false., input, changed)
          call cap_block(level, block, v, f, k, found)

@@ -7,7 +7,7 @@
 !>
 !> The slope strain of (S) is 1/2 V, V = <H (x) H> + 3/4 <G_b (x) G_b>, with the gradient G_b = sum w_k grad N_k of the side bubbles
 !> w_k = L_k.(G_i - G_j)/8 and H = G - G_b/2: the cross term of G_b and the rest of G counts half, which keeps flat sheets in
-!> tension stable on any mesh. G_b does not depend on C. In (P) H = G.
+!> tension stable on any mesh. G_b does not depend on C, and does not count sides that supports hold in place. In (P) H = G.
 !>
 !> The curvature is sym(M grad G), M = I + 1/2 V C^-1: slopes are covariant with the chord of an arc, its tangent is longer.
 module finshell_bending
@@ -119,7 +119,7 @@ contains
          l1 = ref%side(:, 1, k)
          l2 = ref%side(:, 2, k)
          b%p(:, k) = l1*(b%g(:, i - 1) + b%g(:, j - 1)) + l2*(b%g(:, i) + b%g(:, j))
-         b%bow(:, k) = 0.125_wp*(l1*(b%g(:, i - 1) - b%g(:, j - 1)) + l2*(b%g(:, i) - b%g(:, j)))
+         b%bow(:, k) = ref%bow(:, k)*(l1*(b%g(:, i - 1) - b%g(:, j - 1)) + l2*(b%g(:, i) - b%g(:, j)))
          stretch2 = c(:, 1)*l1*l1 + 2*c(:, 3)*l1*l2 + c(:, 2)*l2*l2
          inverse = 1/stretch2
          b%beta(:, k) = ((c(:, 2) - c(:, 1))*l1*l2 + c(:, 3)*(l1*l1 - l2*l2))*inverse

@@ -1,7 +1,7 @@
 !> The cap of an element with a curved reference: the volume between its facet and the curved surface over it.
 !>
-!> The heights of the surface over the middles of the sides, w_k = L_k . (G_i - G_j)/8 for side k from node i to node j, are those
-!> of the cubics with the slopes of the nodes; the volume is J A/3 (w_1 + w_2 + w_3), along the normal of the facet. The cap of a
+!> The heights of the surface over the middles of the sides, w_k = L_k . (G_i - G_j)/8 for side k from node i to node j (0 for a
+!> side that is held), are those of the cubics with the slopes of the nodes; the volume is J A/3 (w_1 + w_2 + w_3), along the normal of the facet. The cap of a
 !> facet is empty. What a pressure p does beyond that on the facets is p times its gradient: forces and couples that make up for
 !> the work of the membrane force on the slopes (theory, S2c).
 module finshell_cap
@@ -31,7 +31,9 @@ contains
 
       third = merge(ref%area/3, 0.0_wp, any(abs(turned%slope) > 0, 2))
       do k = 1, 3
-         s(:, :, side_to(k)) = (ref%side(:, :, side_to(k)) - ref%side(:, :, k))/8
+         do a = 1, 2
+            s(:, a, side_to(k)) = ref%bow(:, side_to(k))*ref%side(:, a, side_to(k)) - ref%bow(:, k)*ref%side(:, a, k)
+         end do
       end do
       heights = 0
       do k = 1, 3

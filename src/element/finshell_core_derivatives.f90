@@ -110,8 +110,8 @@ contains
          do node = 1, 3
             k = 1 + mod(node + 1, 3)
             do v = 1, 2
-               here(:, v) = n_side(node, point)*bend%mid(:, v, node) - (0.125_wp*bend%share)*ref%bubble(:, v, node, point)
-               before(:, v) = n_side(k, point)*bend%mid(:, v, k) + (0.125_wp*bend%share)*ref%bubble(:, v, k, point)
+               here(:, v) = n_side(node, point)*bend%mid(:, v, node) - (bend%share*ref%bow(:, node))*ref%bubble(:, v, node, point)
+               before(:, v) = n_side(k, point)*bend%mid(:, v, k) + (bend%share*ref%bow(:, k))*ref%bubble(:, v, k, point)
             end do
             do a = 1, 2
                i = 1 + 2*node + a

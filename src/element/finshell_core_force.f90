@@ -150,8 +150,9 @@ contains
             do point = 1, 3
                bow = bow - bend%share*(t(:, 1, point)*ref%bubble(:, 1, k, point) + t(:, 2, point)*ref%bubble(:, 2, k, point))
             end do
-            bow = 0.125_wp*(bow + 3*(w%slope_n(:, 1, 1)*bend%bow_strain(:, 1, k) + w%slope_n(:, 2, 1)*bend%bow_strain(:, 2, k) &
-                                     + w%slope_n(:, 3, 1)*bend%bow_strain(:, 3, k)))
+            bow = ref%bow(:, k)*(bow + 3*(w%slope_n(:, 1, 1)*bend%bow_strain(:, 1, k) &
+                                          + w%slope_n(:, 2, 1)*bend%bow_strain(:, 2, k) &
+                                          + w%slope_n(:, 3, 1)*bend%bow_strain(:, 3, k)))
          end if
          next = 1 + mod(k, 3)
          do c = 1, 2

@@ -11,7 +11,7 @@ module finshell_element
    use finshell_heading, only: new_heading, set_direction
    use finshell_lift, only: lift, core_variation
    use finshell_evaluation, only: level_energy, level_force, level_tangent
-   use finshell_reference, only: reference_t, new_reference, straighten
+   use finshell_reference, only: reference_t, new_reference, hold_sides
    use finshell_section, only: section_t, cauchy_stress, formulation_s
    use finshell_status, only: status_invalid_argument
    use finshell_vector_rotation, only: vector_rotation_t, new_vector_rotation, turn_state, turned_frame, add_vector_curvature
@@ -35,6 +35,7 @@ module finshell_element
       real(wp) :: state(lanes, 4, 3) !< quaternions an increment starts from
       real(wp) :: direction(lanes, 3) !< material direction 1, global; used when the section is not isotropic
       real(wp) :: bulge(lanes, 3) !< 0 for sides that drilling rotations do not bend, else 1
+      real(wp) :: bow(lanes, 3) !< 0 for sides that slopes do not bend either, else 1/8
       !> With quaternions and level_tangent only. Displacements and spins: the tangent is the one-sided one in this direction where
       !> a law has a switch (finshell_material).
       logical :: has_toward
@@ -88,6 +89,7 @@ contains
 
       status = 0
       call new_reference(block%x, ref, status)
+      ref%bow = block%bow
       call new_turned(ref, block%normal, turned, status)
       volume = 0
       if (level >= level_force) force = 0
@@ -220,7 +222,8 @@ contains
       status = 0
       call new_reference(block%x, ref, status)
       ref%bulge = block%bulge
-      if (any(block%bulge < 1)) call straighten(ref)
+      ref%bow = block%bow
+      if (any(block%bulge < 1)) call hold_sides(ref)
       curved%any = .false.
       if (block%has_normals .and. section%formulation == formulation_s) &
          call new_curved(section, ref, block%normal, curved, status)

@@ -5,10 +5,15 @@
 module finshell_reference
    use finshell_kinds, only: wp, i4, lanes
    use finshell_status, only: status_degenerate_reference
+   use finshell_voigt, only: pack
    implicit none
    private
-   public :: reference_t, new_reference, judge_triangles, straighten, drilling_weight, higher_order_strain, side_from, &
+   public :: side_free, side_straight, side_fixed
+   public :: reference_t, new_reference, judge_triangles, hold_sides, drilling_weight, higher_order_strain, side_from, &
       side_to, zeta, n_side, alpha_b
+
+   !> What holds a side: nothing; supports along its normal in the plane of the element; those along the normal of the element too.
+   integer, parameter :: side_free = 0, side_straight = 1, side_fixed = 2
 
    !> Side k runs from node side_from(k) to node side_to(k).
    integer, parameter :: side_from(3) = [1, 2, 3], side_to(3) = [2, 3, 1], opposite_of_side(3) = [3, 1, 2]
@@ -37,7 +42,9 @@ module finshell_reference
       real(wp) :: bubble_mean(lanes, 3, 6)
       !> Basic drilling strain (Voigt) per unit (tau_1 - tau_3), (tau_2 - tau_3), and bow of side 1 (finshell_kink).
       real(wp) :: basic(lanes, 3, 3)
-      real(wp) :: bulge(lanes, 3) !< set by the caller: 0 for a straight side, else 1
+      real(wp) :: bulge(lanes, 3) !< set by the caller: 0 for a side that is held in the plane, else 1
+      !> Set by the caller: bow of a side per L_k.(G_i - G_j), 1/8, or 0 where it is held along the normal too (finshell_bending).
+      real(wp) :: bow(lanes, 3)
    end type reference_t
 
 contains
@@ -146,13 +153,14 @@ contains
       end do
    end subroutine judge_triangles
 
-   !> Keep sides straight: their drilling rotations move them no longer. For sides whose displacement is prescribed: it is linear
-   !> there, and what holds them does no work on a bulge.
-   pure subroutine straighten(ref)
+   !> Sides whose displacement is prescribed stay straight: drilling rotations move those held in the plane no longer, and what
+   !> holds them does no work on a bulge. Where the normal is held too, slopes do not move them either, so their bow is no bubble
+   !> of V (finshell_bending): under tension the bubbles of V have to outweigh those of the bulges, side by side.
+   pure subroutine hold_sides(ref)
       type(reference_t), intent(inout) :: ref
       real(wp), dimension(lanes) :: amplitude, gx, gy, nx, ny
       real(wp) :: strain(lanes, 3)
-      integer :: k, v
+      integer :: i, k, v
       do k = 1, 3
          ! mean strain of the bulge alpha_b/8 (tau_to - tau_from) 4 zeta_i zeta_j along the outward normal times the length
          amplitude = (1 - ref%bulge(:, k))*(-alpha_b/6)
@@ -170,8 +178,13 @@ contains
       end do
       do v = 1, 3
          ref%basic(:, v, 3) = ref%bulge(:, 1)*ref%basic(:, v, 3)
+         do k = 1, 3
+            do i = 1, k
+               ref%bubble_mean(:, v, pack(i, k)) = 64*(ref%bow(:, i)*ref%bow(:, k))*ref%bubble_mean(:, v, pack(i, k))
+            end do
+         end do
       end do
-   end subroutine straighten
+   end subroutine hold_sides
 
    !> Basic drilling strain of node i: column of the force-lumping matrix over the area (equal drilling gives none).
    pure subroutine basic_column(ref, i, column)

@@ -7,7 +7,7 @@ module finshell_equations
    use finshell_status, only: status_input_error, status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
    use finshell_rotation, only: tangent_operator
-   use finshell_straight_side, only: find_straight_sides
+   use finshell_held_side, only: find_held_sides
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
    use finshell_support, only: support_t, node_support_t, constrain_displacement, constrain_rotation, settle_axes, &
       support_components, support_clamp, support_hinge, support_symmetry, axes_global, axes_given, axes_cylindrical
@@ -30,7 +30,7 @@ module finshell_equations
       logical, allocatable :: turned(:) !< (moved) all three rotations are held: the vectors give the whole rotation
       type(node_support_t), allocatable :: supported(:) !< what is held, by node (ascending), for messages and checks
       integer, allocatable :: support_of(:) !< (nodes) index into supported, 0: free
-      logical, allocatable :: straight(:, :) !< (3, elements) sides kept straight; unallocated: none (finshell_straight_side)
+      integer, allocatable :: held(:, :) !< (3, elements) sides that supports hold; unallocated: none (finshell_held_side)
    end type equations_t
 
 contains
@@ -78,7 +78,7 @@ contains
          return
       end if
       call find_motion(self)
-      call find_straight_sides(mesh, self%supported, self%support_of, self%straight)
+      call find_held_sides(mesh, self%supported, self%support_of, self%held)
    end subroutine new_equations
 
    !> Collect the constraints of all supports, node by node.

@@ -12,6 +12,7 @@ module finshell_external
    use finshell_mesh_sorting, only: sorted_order, position_in_sorted
    use finshell_structure, only: structure_t, curved_elements
    use finshell_equations, only: equations_t
+   use finshell_batch, only: side_free
    use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure, &
       pressure_automatic, pressure_symmetric, pressure_unsymmetric
    use finshell_pressure_region, only: symmetric_origin
@@ -80,7 +81,7 @@ contains
                at = find_edge_set(mesh, load%set)
                if (at == 0) call unknown('edge', load%set, edge_set_names(mesh), error)
                if (at > 0) call add_edge(self%dead, load, mesh, mesh%edge_sets(at)%edges)
-               if (at > 0) call add_sides(self%sides, load, mesh, mesh%edge_sets(at)%edges, equations%straight)
+               if (at > 0) call add_sides(self%sides, load, mesh, mesh%edge_sets(at)%edges, equations%held)
             case (load_traction, load_gravity)
                at = find_element_set(mesh, load%set)
                if (at == 0) call unknown('element', load%set, element_set_names(mesh), error)
@@ -174,12 +175,12 @@ contains
    end subroutine add_edge
 
    !> The sides of elements that lie on edges, but those that supports keep straight.
-   pure subroutine add_sides(sides, load, mesh, edges, straight)
+   pure subroutine add_sides(sides, load, mesh, edges, held)
       type(side_load_t), allocatable, intent(inout) :: sides(:)
       type(load_t), intent(in) :: load
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: edges(:, :)
-      logical, intent(in), optional :: straight(:, :) !< (3, elements)
+      integer, intent(in), optional :: held(:, :) !< (3, elements)
       type(side_load_t), allocatable :: found(:)
       integer(i8) :: key(size(edges, 2))
       integer :: shared(size(edges, 2)), at(3*size(mesh%triangles, 2)), e, i, k, n
@@ -208,8 +209,8 @@ contains
          if (at(n) == 0) cycle
          e = (n + 2)/3
          k = n - 3*(e - 1)
-         if (present(straight)) then
-            if (straight(k, e)) cycle
+         if (present(held)) then
+            if (held(k, e) /= side_free) cycle
          end if
          i = i + 1
          found(i)%element = e

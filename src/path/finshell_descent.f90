@@ -5,7 +5,8 @@
 !> A trust region by inertia: the matrix K + a M, M a lumped mass, takes the place of K. The number a is large enough for the
 !> matrix to be positive definite, so that each correction goes down in energy, and for no node to turn or move too far; it falls
 !> as long as K predicts the forces, and at the end it is zero: the last iterations are Newton's, and equilibrium is that of the
-!> problem itself. How far to go is judged by the work of the residual along the correction, which no energy need exist for.
+!> problem itself. Until then the symmetric part of K stands in for an unsymmetric one (pressure on a free edge). How far to go is
+!> judged by the work of the residual along the correction, which no energy need exist for.
 !>
 !> It costs one to two hundred linear solves from a flat sheet to one with all its wrinkles, whatever the size of the increment,
 !> where Newton's method takes five in a tame one: it is no replacement.
@@ -180,7 +181,7 @@ contains
             maxval(abs(course%x), mask=problem%field == field_displacement)/problem%size)
          if (.not. course%inertia > 0) course%inertia = 1 ! equilibrium to the last bit: nothing moves
          curvature = abs(course%work)/course%inertia
-         if (problem%negative_pivots > 0 .or. course%work < 0) then
+         if (problem%negative_pivots > 0 .or. problem%determinant_sign < 0 .or. course%work < 0) then
             course%climbs = course%climbs + 1
             course%unstable = .true.
             a = max(climb*a, min(curvature, 1.0e3_wp*a))

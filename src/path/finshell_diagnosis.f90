@@ -95,7 +95,10 @@ contains
       text = ''
       if (facts%code == status_material_limit) then
          text = 'a material law has come to the end of its range'
-      else if (facts%code == status_large_rotation .or. facts%code == status_collapsed_element) then
+      else if (facts%code == status_large_rotation) then
+         text = 'an element is distorted beyond what it can describe: refine there; a thin sheet with a free rim folds in ' &
+            //'many ways, and may take another with mixed = .true., a larger first_increment or more thickness'
+      else if (facts%code == status_collapsed_element) then
          text = 'an element is distorted beyond what it can describe'
       else if (facts%control == control_load .and. nears_limit(facts%way, facts%size)) then
          text = 'the load nears a maximum, at about '//text_of(real(facts%factor + facts%way, dp))//', which load control cannot ' &

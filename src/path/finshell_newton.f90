@@ -43,6 +43,7 @@ module finshell_newton
    integer, parameter :: halvings = 3
    real(wp), parameter :: fade = 0.1_wp !< of the stand-in stiffness, from iteration to iteration
    real(wp), parameter :: least_regularisation = 1.0e-6_wp
+   real(wp), parameter :: falling = 0.5_wp !< from iteration to iteration: a residual that falls so fast does not diverge
    real(wp), parameter :: volume_rounding = 100 !< of a volume, in epsilons
    !> A correction that is more than `resting` times the one before shrinks no more. Beyond the second number, part of the
    !> increment, and the third, part of the displacements, no rounding is an excuse.
@@ -59,11 +60,12 @@ contains
       type(newton_result_t), intent(out) :: result
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:)
-      real(wp) :: change, scale, angle, earlier(2)
+      real(wp) :: change, scale, angle, earlier(2), before
       logical :: complete, likely, guess, rounded, reached
 
       allocate (x(problem%n), increment(problem%n))
       earlier = huge(1.0_wp)
+      before = huge(1.0_wp)
       guess = .true.
       rounded = .false.
       problem%regularisation = 0
@@ -126,14 +128,16 @@ contains
             call find_tangent(problem, increment, result)
             return
          end if
+         ! While the residual falls as near a solution, a growing correction is no bad sign: the softer modes come last.
          if (complete .and. 4*result%iterations >= 3*settings%maximum_iterations &
-             .and. result%correction > maxval(earlier)) then
+             .and. result%correction > maxval(earlier) .and. result%residual > falling*before) then
             call give_up(result, status_not_converged, 'the iteration diverges (correction ' &
                //text_of(real(result%correction, kind(1.0d0)))//' of the increment after '//text_of(result%iterations) &
                //' iterations)')
             return
          end if
          earlier = [result%correction, earlier(1)]
+         before = result%residual
          if (likely .and. guess) then
             guess = .false.
             call problem%evaluate(.true., error)

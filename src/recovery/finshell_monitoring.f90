@@ -174,7 +174,8 @@ contains
       volume = 0
       do i = 1, size(problem%external%pressures)
          associate (region => problem%external%pressures(i))
-            volume = volume + volume_behind(problem%structure, region%elements, region%curved, region%origin, state)
+            volume = volume + volume_behind(problem%structure, region%elements, region%curved, region%origin, state, &
+                                             problem%equations%held)
          end associate
       end do
    end function pressurised_volume
@@ -192,7 +193,7 @@ contains
       associate (structure => problem%structure)
          do s = 1, size(structure%sections)
             elements = pack([(i, i=1, size(structure%element_section))], structure%element_section == s)
-            call gather_elements(structure, state, elements, g, problem%equations%straight)
+            call gather_elements(structure, state, elements, g, problem%equations%held)
             allocate (status(size(elements)), e(size(elements)))
             call evaluate_gathered(structure%sections(s), g, status, energy=e)
             energy = energy + sum(e)

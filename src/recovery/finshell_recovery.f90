@@ -106,7 +106,7 @@ contains
          do s = 1, size(structure%sections)
             mine = pack([(i, i=1, size(elements))], structure%element_section(elements) == s)
             if (size(mine) == 0) cycle
-            call gather_elements(structure, state, elements(mine), g, problem%equations%straight)
+            call gather_elements(structure, state, elements(mine), g, problem%equations%held)
             allocate (status(size(mine)), l(size(mine)), n(3, size(mine)), m(3, size(mine)))
             ! not asked for, they stay unallocated, and so count as absent in the call
             if (with_stress) allocate (sigma(3, 3, size(mine)), stress_status(3, size(mine)))

@@ -33,8 +33,8 @@ class Stability(unittest.TestCase):
 
     def test_rubber_disk_on_ring_meshes(self):
         """Slender kinked triangles at the rim: unstable with the plain von Karman term."""
-        meshes = (("rings = 14 sectors = 8", 40), ("rings = 12 sectors = 24", 26), ("rings = 20 sectors = 8", 40)) if LONG else (("rings = 14 sectors = 8", 40),)
-        for mesh, end in meshes:
+        end = 40
+        for mesh in ("rings = 14 sectors = 8", "rings = 12 sectors = 24", "rings = 20 sectors = 8") if LONG else ("rings = 14 sectors = 8", "rings = 12 sectors = 24"):
             rows = solve(f"""
 &mesh generator = 'disk' radius = 7.5 {mesh} /
 &material name = 'rubber' law = 'mooney_rivlin' c10 = 80.0 c01 = 20.0 /

@@ -67,7 +67,7 @@ def rooms_of(root):
 
 
 def drawing(root):
-    """The rooms as a text tree, each with those that it uses: `python3 test/structure/structure.py` prints it."""
+    """The rooms as a text tree, each with those that it uses."""
     lines, last = [], ""
     rows = [line.split("|") for line in text_of(os.path.join(root, "src", "rooms.txt")).splitlines() if line.strip() and not line.startswith("#")]
     for room, library, used, what in ([cell.strip() for cell in row] for row in rows):
@@ -237,5 +237,8 @@ def violations(root, listed, names=frozenset(), complete=False):
     return found
 
 
-if __name__ == "__main__":
-    print(drawing(pathlib.Path(__file__).resolve().parents[2]))
+if __name__ == "__main__":  # draws the rooms anew in CONTRIBUTING.md
+    ROOT = pathlib.Path(__file__).resolve().parents[2]
+    page = ROOT / "CONTRIBUTING.md"
+    before, rest = page.read_text(encoding="utf-8").split("```\nlibfinshell\n", 1)
+    page.write_text(before + "```\n" + drawing(ROOT) + "\n```" + rest.split("```", 1)[1], encoding="utf-8")

@@ -173,17 +173,17 @@ contains
    end subroutine turn
 
    !> Energy, force and tangent of one element; rotation is (3, 3) or (4, 3).
-   subroutine one_element(section, x, u, rotation, energy, force, tangent, status, straight)
+   subroutine one_element(section, x, u, rotation, energy, force, tangent, status, held)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: x(3, 3), u(3, 3), rotation(:, :)
       real(wp), intent(out) :: energy, force(18), tangent(18, 18)
       integer(i4), intent(out) :: status
-      logical, intent(in), optional :: straight(3, 1)
+      integer, intent(in), optional :: held(3, 1)
       real(wp) :: e(1), f(18, 1), k(18, 18, 1)
       integer(i4) :: s(1)
       call evaluate_elements(section, 1, reshape(x, [3, 3, 1]), reshape(u, [3, 3, 1]), &
                              reshape(rotation, [size(rotation, 1), 3, 1]), &
-                             merge(rotation_quaternion, rotation_vector, size(rotation, 1) == 4), s, e, f, k, straight=straight)
+                             merge(rotation_quaternion, rotation_vector, size(rotation, 1) == 4), s, e, f, k, held=held)
       energy = e(1)
       force = f(:, 1)
       tangent = k(:, :, 1)

@@ -69,13 +69,13 @@ contains
    end subroutine element_state
 
    !> Internal forces (6 per node) and their tangent for spins.
-   subroutine assemble(section, patch, u, q, force, tangent, worst, straight)
+   subroutine assemble(section, patch, u, q, force, tangent, worst, held)
       type(section_t), intent(in) :: section
       type(patch_t), intent(in) :: patch
       real(wp), intent(in) :: u(:, :), q(:, :)
       real(wp), intent(out) :: force(:), tangent(:, :)
       integer(i4), intent(out) :: worst !< a status that is not 0, if there is one
-      logical, intent(in), optional :: straight(:, :) !< (3, elements) sides that drilling rotations do not bend
+      integer, intent(in), optional :: held(:, :) !< (3, elements) sides that supports hold (finshell_batch)
       real(wp) :: xe(3, 3, patch%elements), ue(3, 3, patch%elements), qe(4, 3, patch%elements)
       real(wp), allocatable :: f(:, :), k(:, :, :)
       integer(i4) :: status(patch%elements)
@@ -83,7 +83,7 @@ contains
       allocate (f(18, patch%elements), k(18, 18, patch%elements))
       call element_state(patch, u, q, xe, ue, qe)
       call evaluate_elements(section, patch%elements, xe, ue, qe, rotation_quaternion, status, force=f, tangent=k, &
-                             straight=straight)
+                             held=held)
       worst = maxval(abs(status))
       force = 0
       tangent = 0
