@@ -31,6 +31,7 @@ class Case:
     note: str = ""
     diagonals: str = ""        # mesh on which all diagonals are tried
     curved: tuple = ()         # meshes on which facets and curved references are compared, structured and irregular
+    gentle: str = ""           # settings of &step for that, where those of the example are too bold for some meshes
     builder: str = ""          # of benchmark_meshes, where no generator makes the mesh
     peers: tuple = ()
 
@@ -86,13 +87,14 @@ CASES = [
     *[Case(f"hemisphere_{r}", f"Hemisphere with 18° hole, R/t = {r}", SQUARES, ("V_A", "U_B"),
            curved=("8x8", "16x16"), target="the deflections stay what they are at R/t = 250", note=OWN) for r in ("1e3", "1e4")],
     Case("sze36", "Pinched cylinder with end diaphragms (Sze, Liu & Lo 3.6)", {"16x16": "16, 16", "24x24": "24, 24", "40x40": "40, 40"}, ("W_A", "U_B"),
-         levels=TENTHS, step=PINCHED, curved=("24x24",)),
+         levels=TENTHS, step=PINCHED, curved=("24x24",), note=OWN,
+         gentle=f"{PINCHED.replace('-5', '-10')} wanted_iterations = 10"),
     Case("sze37", "Pinched semi-cylinder, isotropic (Sze, Liu & Lo 3.7)", {"16x16": "16, 16", "24x24": "24, 24", "40x40": "40, 40"}, ("W_A",),
-         levels=TENTHS, step=SEMI_CYLINDER, curved=("24x24",)),
+         levels=TENTHS, step=SEMI_CYLINDER, curved=("24x24",), note=OWN),
     Case("sze37_0_90_0", "Pinched semi-cylinder, laminate 0/90/0", {"16x16": "16, 16", "24x24": "24, 24", "40x40": "40, 40"}, ("W_A",),
-         levels=TENTHS, step=SEMI_CYLINDER, curved=("24x24",)),
+         levels=TENTHS, step=SEMI_CYLINDER, curved=("24x24",), note=OWN),
     Case("sze37_90_0_90", "Pinched semi-cylinder, laminate 90/0/90", {"16x16": "16, 16", "24x24": "24, 24", "40x40": "40, 40"}, ("W_A",),
-         levels=TENTHS, step=SEMI_CYLINDER, curved=("24x24",)),
+         levels=TENTHS, step=SEMI_CYLINDER, curved=("24x24",), note=OWN),
     Case("sze38a", "Hinged roof, h = 12.7, isotropic (Sze, Liu & Lo 3.8)", {"8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("W_C",),
          kind="path", column="W_C", spread="8x8", optimal=0.32, note=ROOF_A,
          target="the whole published path",
@@ -145,7 +147,7 @@ CASES = [
     Case("le1", "NAFEMS LE1, elliptic plate, linear", SQUARES, ("sigma_yy",), builder="le1",
          note="The stress is the mean of the elements that touch the point; their centroids lie a third of a cell inside, so the error halves with the cells."),
     Case("le3", "NAFEMS LE3, hemisphere under point loads, linear", SQUARES, ("u",), curved=("8x8",)),
-    Case("le5", "NAFEMS LE5, Z section, linear", {"20x8": "20, 8", "40x16": "40, 16", "80x32": "80, 32"}, ("sigma_xx",), builder="le5", curved=("40x16",),
+    Case("le5", "NAFEMS LE5, Z section, linear", {"20x8": "20, 8", "40x16": "40, 16", "80x32": "80, 32"}, ("sigma_xx",), builder="le5",
          note="The stress is the mean of the elements that touch the point, as in LE1. All parts are flat: fitted normals change nothing, to the last bit."),
     Case("cook", "Cook's membrane, linear", {"2x2": "2, 2", "4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("v",), spread="all", optimal=0.2777778),
     Case("panel_bending", "Cantilever panel in in-plane bending, linear", {"8x2": "8, 2", "16x4": "16, 4", "32x8": "32, 8"}, ("v",), spread="all", optimal=0.375, diagonals="8x2"),

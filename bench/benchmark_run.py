@@ -89,6 +89,11 @@ def path_of(case):
     return EXAMPLES / (case.file or f"{case.name}/input.nml")
 
 
+def beside(path):
+    """The meshes that lie beside an input file, by name."""
+    return {file.name: file.read_text() for file in path.parent.glob("*.msh")}
+
+
 def example(name):
     return (EXAMPLES / name / "input.nml").read_text()
 

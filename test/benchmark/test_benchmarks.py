@@ -15,7 +15,7 @@ from benchmark_cases import CASES  # noqa: E402
 class Benchmarks(unittest.TestCase):
     def solve(self, name, **mesh):
         text = run.example(name)
-        solution = run.solve(run.with_keys(text, "mesh", **mesh) if mesh else text)
+        solution = run.solve(run.with_keys(text, "mesh", **mesh) if mesh else text, files=run.beside(run.EXAMPLES / name / "input.nml"))
         self.assertTrue(solution.done, solution.message)
         return solution
 
