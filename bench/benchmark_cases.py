@@ -138,17 +138,18 @@ CASES = [
          target="the whole path with its six turning points", note="Distance of a point of the table to the path, force and displacement both divided by their largest value."),
     Case("scordelis_lo", "Scordelis–Lo roof, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("w",), spread="all", optimal=0.5, curved=("8x8",)),
     Case("pinched_cylinder", "Pinched cylinder with diaphragms, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("w",), spread="all", optimal=0.32, curved=("8x8",)),
-    Case("pinched_hemisphere", "Pinched hemisphere, closed, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("u",), spread="all", optimal=0.32, curved=("8x8",)),
-    Case("pinched_hemisphere_hole", "Pinched hemisphere with hole, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("u",), spread="all", optimal=0.32, curved=("8x8",)),
-    *[Case(f"twisted_beam_{t}_{d}", f"Twisted beam, {t}, force along {d}, linear", {"12x2": "12, 2", "24x4": "24, 4", "48x8": "48, 8"}, ("u",), spread="all", optimal=0.4032, diagonals="24x4", curved=("12x2",))
+    Case("pinched_hemisphere", "Pinched hemisphere, closed, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("u",), spread="all", optimal=0.32, curved=("8x8",), target="8x8: at most 3 %, structured and irregular"),
+    Case("pinched_hemisphere_hole", "Pinched hemisphere with hole, linear", {"4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("u",), spread="all", optimal=0.32, curved=("8x8",), target="8x8: at most 3 %, structured and irregular"),
+    *[Case(f"twisted_beam_{t}_{d}", f"Twisted beam, {t}, force along {d}, linear", {"12x2": "12, 2", "24x4": "24, 4", "48x8": "48, 8"}, ("u",), spread="all", optimal=0.4032, diagonals="24x4", curved=("12x2",),
+           target="12x2: at most 1 % on all diagonals, structured and irregular" if t == "thin" else "")
       for t in ("thick", "thin") for d in "yz"],
     *[Case(f"hypar_{t}", f"Clamped hyperbolic paraboloid, t/L = {t}, linear", SQUARES, ("w", "energy"), curved=("16x16",), target=aim)
       for t, aim in (("1e-2", ""), ("1e-3", "16x16: at least 0.97 of the deflection"), ("1e-4", "16x16: at least 0.9 of the deflection"))],
     Case("le1", "NAFEMS LE1, elliptic plate, linear", SQUARES, ("sigma_yy",), builder="le1",
-         note="The stress is the mean of the elements that touch the point; their centroids lie a third of a cell inside, so the error halves with the cells."),
+         note="The stress is the mean of the elements that touch the point; their centroids lie a third of a cell inside, which is most of the error."),
     Case("le3", "NAFEMS LE3, hemisphere under point loads, linear", SQUARES, ("u",), curved=("8x8",)),
     Case("le5", "NAFEMS LE5, Z section, linear", {"20x8": "20, 8", "40x16": "40, 16", "80x32": "80, 32"}, ("sigma_xx",), builder="le5",
-         note="The stress is the mean of the elements that touch the point, as in LE1. All parts are flat: fitted normals change nothing, to the last bit."),
+         note="The stress is the mean of the elements that touch the point, as in LE1. All parts are flat: curved references change nothing, to the last bit."),
     Case("cook", "Cook's membrane, linear", {"2x2": "2, 2", "4x4": "4, 4", "8x8": "8, 8", "16x16": "16, 16", "32x32": "32, 32"}, ("v",), spread="all", optimal=0.2777778),
     Case("panel_bending", "Cantilever panel in in-plane bending, linear", {"8x2": "8, 2", "16x4": "16, 4", "32x8": "32, 8"}, ("v",), spread="all", optimal=0.375, diagonals="8x2"),
     Case("patch_membrane", "Membrane patch test", {"4x4": "4, 4"}, ("N_11", "u_y"), spread="all", optimal=0.375),

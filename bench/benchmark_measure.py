@@ -26,7 +26,11 @@ class Measurement:
 def case_input(case, mesh, *, step=None, section=None, **keys):
     """The input of a case on one of its meshes, and the files it needs; keys: other keys of &mesh, as text; step: in place of the steps."""
     if case.builder:
-        shape = {"diagonal": keys.pop("diagonal", "'alternating'").strip("'"), "distortion": float(keys.pop("distortion", 0))}
+        shape = {}
+        if "diagonal" in keys:
+            shape["diagonal"] = keys.pop("diagonal").strip("'")
+        if "distortion" in keys:
+            shape["distortion"] = float(keys.pop("distortion"))
         text, files = meshes.BUILDERS[case.builder](tuple(int(n) for n in case.meshes[mesh].split(",")), **shape)
     else:
         text, files = run.with_keys(run.path_of(case).read_text(), "mesh", divisions=case.meshes[mesh]), {}
@@ -79,6 +83,12 @@ def levels_reference(case):
     return {row[x]: row[y] for row in run.data(file, fibre=fibre[0] if fibre else None)}
 
 
+def fine_levels(case):
+    """&step of a path of small increments through all values of a case of kind 'levels'."""
+    sign = -1 if case.column == "w" else 1
+    return f"{case.fine} {', '.join(f'{sign * v:.10g}' for v in sorted([*case.values.values(), *case.extra]))}"
+
+
 def numbers(case, solution):
     """(quantity, value, error in per cent) at the end of a run."""
     table, last = run.reference(case.name), solution.last
@@ -96,10 +106,12 @@ def numbers(case, solution):
 
 
 def measure(case, mesh, way=None, normals=None, timeout=120):
-    """What the case gives, by the settings of its example."""
+    """What the case gives; counts are those by the settings of its example, or of case.gentle."""
     text, files = case_input(case, mesh, step=case.gentle or None, **way_keys(way, normals)) if way else case_input(case, mesh)
     solution = run.solve(text, files=files, timeout=timeout)
     counts = {"increments": solution.increments, "iterations": solution.iterations, "negative": max(int(solution.last.get("negative_pivots", 0)), 0)}
+    if solution.done and case.kind == "levels" and not way:    # as the tables do
+        solution = run.solve(case_input(case, mesh, step=fine_levels(case))[0], timeout=timeout)
     if solution.done:
         return [Measurement(q, value, error, **counts) for q, value, error in numbers(case, solution)]
     stopped = f"{solution.last.get('load_factor', 0):.3g}" if solution.rows else solution.message[-60:]

@@ -89,7 +89,7 @@ def le1(n, diagonal="alternating", distortion=0.0):
     return text, {"le1.msh": gmsh(nodes, triangles, curves, {"D": number[0, 0]})}
 
 
-def le5(n, diagonal="alternating", distortion=0.0):
+def le5(n, diagonal="forward", distortion=0.0):
     """NAFEMS LE5, n[0] cells along and n[1] around, a multiple of 4: the input, and its mesh by name of the file."""
     k = n[1] // 4
 

@@ -38,7 +38,7 @@ class Solution:
 
     def at(self, column, value):
         """The last row with this value in the column, or None."""
-        found = [r for r in self.rows if abs(r[column] - value) <= 1e-7 * max(abs(value), 1e-3)]
+        found = [r for r in self.rows if abs(r[column] - value) <= 1e-5 * max(abs(value), 1e-3)]
         return found[-1] if found else None
 
 

@@ -3,7 +3,7 @@ from dataclasses import dataclass
 
 import benchmark_measure as measured
 import benchmark_run as run
-from benchmark_measure import case_input, error_at_end, levels_reference, reference_at
+from benchmark_measure import case_input, error_at_end, fine_levels, levels_reference, reference_at
 
 
 @dataclass
@@ -100,7 +100,7 @@ def curve(case, table, report):
     """Largest deviation over the load factors of the reference table."""
     factors = [r["load_factor"] for r in table if 0 < r["load_factor"] <= 1 + 1e-12]
     mesh = list(case.meshes)[1 if len(case.meshes) > 2 else 0]
-    step = f"load_levels = {', '.join(f'{f:g}' for f in factors)} residual_tolerance = 1e-5 correction_tolerance = 1e-5 {case.step or 'mixed = .true.'}"
+    step = f"load_levels = {', '.join(f'{f:.12g}' for f in factors)} residual_tolerance = 1e-5 correction_tolerance = 1e-5 {case.step or 'mixed = .true.'}"
     solution = solve(case, mesh, step=step)
     if not solution.done:
         report.failed(case, mesh, "curve", solution)
@@ -267,7 +267,6 @@ def roof(case, report):
 def prescribed(case, report):
     """Kind 'levels': the load factor at given displacements or volumes, and the limit points."""
     reference = levels_reference(case)
-    sign = -1 if case.column == "w" else 1
     lines = ["| mesh | increments / iterations | CPU s | reached | " + f"error % at {case.reference[1]} " + " | ".join(f"{v:g}" for v in case.values) + " | before: worst error % | before: incr. / it. |",
              "|---|---|---|---|---|---|" + "---|" * len(case.values)]
     limits = ["| mesh | limit points (" + case.column + ", load factor) | increments |", "|---|---|---|"]
@@ -275,8 +274,7 @@ def prescribed(case, report):
         quick = solve(case, mesh)
         if not quick.done:
             report.failed(case, mesh, "path", quick)
-        values = ", ".join(f"{sign * v:.10g}" for v in sorted([*case.values.values(), *case.extra]))
-        fine = solve(case, mesh, step=f"{case.fine} {values}")
+        fine = solve(case, mesh, step=fine_levels(case))
         if not fine.done:
             report.failed(case, mesh, "fine path", fine)
         cells = []
