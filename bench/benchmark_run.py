@@ -38,7 +38,7 @@ class Solution:
 
     def at(self, column, value):
         """The last row with this value in the column, or None."""
-        found = [r for r in self.rows if abs(r[column] - value) <= 1e-7 * max(abs(value), 1e-3)]
+        found = [r for r in self.rows if abs(r[column] - value) <= 1e-5 * max(abs(value), 1e-3)]
         return found[-1] if found else None
 
 
@@ -89,6 +89,11 @@ def path_of(case):
     return EXAMPLES / (case.file or f"{case.name}/input.nml")
 
 
+def beside(path):
+    """The meshes that lie beside an input file, by name."""
+    return {file.name: file.read_text() for file in path.parent.glob("*.msh")}
+
+
 def example(name):
     return (EXAMPLES / name / "input.nml").read_text()
 
@@ -107,13 +112,14 @@ def reference(name):
     return [{k: float(v) for k, v in row.items()} for row in table(path)]
 
 
-def solve(text, output=False, timeout=900):
-    """Run an input file with one thread and without result file."""
+def solve(text, output=False, timeout=900, files=None):
+    """Run an input file with one thread and without result file; files: others that it needs, by name."""
     with tempfile.TemporaryDirectory() as folder:
         text = with_keys(text, "job", name="'case'")
         if not output and not re.search(r"^&output\b", text, re.MULTILINE):
             text += "\n&output every = 0 /\n"
-        (Path(folder) / "case.nml").write_text(text)
+        for name, content in {**(files or {}), "case.nml": text}.items():
+            (Path(folder) / name).write_text(content)
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         try:
             run = subprocess.run([PROGRAM, "run", "--quiet", "case.nml"], cwd=folder, capture_output=True, text=True, check=False, timeout=timeout,
@@ -158,8 +164,6 @@ def extremes(rows, x, y):
     return found
 
 
-
-
 def lagrange(s, f, t):
     total = 0.0
     for i in range(3):
@@ -188,3 +192,10 @@ def distance_to_path(rows, x, y, point, scale_x, scale_y):
         t = 0.0 if length == 0 else min(1.0, max(0.0, ((px - ax) * dx + (py - ay) * dy) / length))
         best = min(best, hypot(px - ax - t * dx, py - ay - t * dy))
     return best
+
+
+def distance_to_table(rows, table, x, y):
+    """Largest distance of a point of the table to the path from the origin, x and y divided by the largest values of the table; per cent."""
+    scale_x, scale_y = (max(abs(r[column]) for r in table) for column in (x, y))
+    start = [{x: 0.0, y: 0.0}]
+    return max(100 * distance_to_path(start + rows, x, y, (r[x], r[y]), scale_x, scale_y) for r in table)

@@ -12,7 +12,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from benchmark_run import EXAMPLES, solve
+from benchmark_run import EXAMPLES, beside, solve
 
 COUNTS = ("exit", "increments", "iterations")
 FIXED = ("increment", "load_factor", "iterations", "negative_pivots", "critical_point", "residual", "correction", "snap")
@@ -29,7 +29,7 @@ def inputs(names):
 
 def row_of(item):
     name, path = item
-    solution = solve(path.read_text(), timeout=600)
+    solution = solve(path.read_text(), timeout=600, files=beside(path))
     last = solution.last
     values = {k: v for k, v in last.items() if k not in FIXED}
     return {"name": name, "exit": 0 if solution.done else 1, "increments": solution.increments, "iterations": solution.iterations,

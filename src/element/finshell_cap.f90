@@ -1,9 +1,9 @@
 !> The cap of an element with a curved reference: the volume between its facet and the curved surface over it.
 !>
 !> The heights of the surface over the middles of the sides, w_k = L_k . (G_i - G_j)/8 for side k from node i to node j (0 for a
-!> side that is held), are those of the cubics with the slopes of the nodes; the volume is J A/3 (w_1 + w_2 + w_3), along the normal of the facet. The cap of a
-!> facet is empty. What a pressure p does beyond that on the facets is p times its gradient: forces and couples that make up for
-!> the work of the membrane force on the slopes (theory, S2c).
+!> side that is held), are those of the cubics with the slopes of the nodes; the volume is J A/3 (w_1 + w_2 + w_3), along the normal
+!> of the facet. The cap of a facet is empty. What a pressure p does beyond that on the facets is p times its gradient: forces and
+!> couples that make up for the work of the membrane force on the slopes (theory, S2c).
 module finshell_cap
    use finshell_kinds, only: wp, lanes
    use finshell_core, only: core_t

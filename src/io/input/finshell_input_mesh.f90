@@ -7,7 +7,8 @@ module finshell_input_mesh
    use finshell_mesh_grid, only: diagonal_names
    use finshell_mesh_disk, only: disk_mesh
    use finshell_mesh_rectangle, only: rectangle_mesh, quadrilateral_mesh
-   use finshell_mesh_cylinder, only: cylinder_mesh
+   use finshell_mesh_cylinder, only: cylinder_mesh, cone_mesh
+   use finshell_mesh_paraboloid, only: paraboloid_mesh
    use finshell_mesh_sphere, only: sphere_mesh
    use finshell_mesh_annulus, only: annulus_mesh
    use finshell_mesh_strip, only: strip_mesh
@@ -20,7 +21,7 @@ module finshell_input_mesh
    private
    public :: read_mesh, read_node_set, read_element_set
 
-   character(len=*), parameter :: generators = 'disk, rectangle, quadrilateral, cylinder, sphere, annulus, strip'
+   character(len=*), parameter :: generators = 'disk, rectangle, quadrilateral, paraboloid, cylinder, cone, sphere, annulus, strip'
 
 contains
 
@@ -105,7 +106,8 @@ contains
       select case (generator)
       case ('disk'); call generate_disk()
       case ('rectangle', 'quadrilateral'); call generate_quadrilateral()
-      case ('cylinder'); call generate_cylinder()
+      case ('paraboloid'); call generate_paraboloid()
+      case ('cylinder', 'cone'); call generate_cylinder()
       case ('sphere'); call generate_sphere()
       case ('annulus'); call generate_annulus()
       case ('strip'); call generate_strip()
@@ -152,18 +154,34 @@ contains
          end if
       end subroutine generate_quadrilateral
 
+      subroutine generate_paraboloid()
+         real(wp), allocatable :: lengths(:), curvatures(:)
+         integer, allocatable :: divisions(:)
+         call get(group, 'lengths', lengths, error, required=.true., number=2, above=0.0_wp)
+         call get(group, 'curvatures', curvatures, error, required=.true., number=3)
+         call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
+         call check_all_used(group, error)
+         call check_cells(divisions)
+         if (.not. allocated(error)) call paraboloid_mesh(mesh, lengths, curvatures, divisions, refusal, diagonal, distortion)
+      end subroutine generate_paraboloid
+
       subroutine generate_cylinder()
          real(wp) :: radius, length
-         real(wp), allocatable :: angles(:)
+         real(wp), allocatable :: radii(:), angles(:)
          integer, allocatable :: divisions(:)
-         call get(group, 'radius', radius, error, above=0.0_wp)
+         if (generator == 'cylinder') call get(group, 'radius', radius, error, above=0.0_wp)
+         if (generator == 'cone') call get(group, 'radii', radii, error, required=.true., number=2, above=0.0_wp)
          call get(group, 'length', length, error, above=0.0_wp)
          call get(group, 'angles', angles, error, required=.true., number=2)
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call check_all_used(group, error)
          call check_cells(divisions)
-         if (.not. allocated(error)) call cylinder_mesh(mesh, radius, length, angles, divisions, refusal, diagonal, &
-            distortion)
+         if (allocated(error)) return
+         if (generator == 'cone') then
+            call cone_mesh(mesh, radii, length, angles, divisions, refusal, diagonal, distortion)
+         else
+            call cylinder_mesh(mesh, radius, length, angles, divisions, refusal, diagonal, distortion)
+         end if
       end subroutine generate_cylinder
 
       subroutine generate_sphere()

@@ -78,8 +78,8 @@ contains
          return
       case ('exact')
          if (.not. allocated(structure%mesh%normal)) then
-            call complain_about(group, 'normals', "'exact' needs a generator that knows its curved surface: cylinder, sphere, " &
-               //'twisted strip, warped quadrilateral', error)
+            call complain_about(group, 'normals', "'exact' needs a generator that knows its curved surface: cylinder, cone, " &
+               //'sphere, paraboloid, twisted strip, warped quadrilateral', error)
             return
          end if
          call exact_normals(structure%mesh, structure%normal)
