@@ -8,7 +8,7 @@ module finshell_curved
    use finshell_bending, only: bending_t, new_bending
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_quaternion, only: quaternion_product
-   use finshell_reference, only: reference_t
+   use finshell_reference, only: reference_t, side_to
    use finshell_section, only: section_t, resultants_t, points_per_block
    use finshell_status, only: status_invalid_argument
    use finshell_voigt, only: row, column, pack
@@ -54,6 +54,7 @@ contains
       curved%v = bend%v
       curved%curvature = bend%curvature
       call metric_change(curved)
+      curved%area = curved%area + strips(ref, curved%slope)
    end subroutine new_curved
 
    !> A normal may have any length; one that is zero, or 90 degrees or more from that of the facet, is status_invalid_argument.
@@ -90,6 +91,25 @@ contains
                                         + axis(:, 3, k)*ref%frame(:, 3, 1))
       end do
    end subroutine new_turned
+
+   !> Area over that of the facet of the strips beside the graph over the facet: over each side, from the plane normal to the facet
+   !> to that of the normals at the nodes, up to the arc.
+   pure function strips(ref, slope) result(area)
+      type(reference_t), intent(in) :: ref
+      real(wp), intent(in) :: slope(lanes, 6)
+      real(wp) :: area(lanes)
+      real(wp), dimension(lanes) :: height, tilt
+      integer :: i, j, k
+      area = 0
+      do k = 1, 3
+         i = 2*k
+         j = 2*side_to(k)
+         height = ref%bow(:, k)*(ref%side(:, 1, k)*(slope(:, i - 1) - slope(:, j - 1)) &
+                                 + ref%side(:, 2, k)*(slope(:, i) - slope(:, j)))
+         tilt = 0.5_wp*(ref%side(:, 1, k)*(slope(:, i) + slope(:, j)) - ref%side(:, 2, k)*(slope(:, i - 1) + slope(:, j - 1)))
+         area = area + (2.0_wp/3)*height*tilt/ref%area
+      end do
+   end function strips
 
    !> A = (I + V0)^(-1/2) by the closed form of the square root, as it acts on Voigt strains; sqrt(det(I + V0)).
    pure subroutine metric_change(curved)
