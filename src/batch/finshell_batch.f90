@@ -97,7 +97,7 @@ contains
       end if
       if (.not. quiet) then
          call hold(environment)
-         call check_results(n, status, energy, force, tangent)
+         call check_results(n, 18, status, energy, force, tangent)
          call release(environment)
       end if
    end subroutine evaluate_elements
@@ -268,7 +268,7 @@ contains
             end do
          end do
       end if
-      if (present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
+      if (present(tangent)) call separate(used, 18, kb, tangent(:, :, first + 1:first + used))
    end subroutine evaluate_chunk
 
    !> Resultants of the elements first + 1 ..., side by side.

@@ -6,7 +6,7 @@ module finshell_block
       status_ok
    implicit none
    private
-   public :: bad_shape, gather, separate, check_input, check_results, vanishing
+   public :: bad_shape, gather, separate, check_input, check_length, check_results, vanishing
 
    !> Quaternions and directions between the inverse of this and this are taken as they are; rotation vectors up to this.
    real(wp), parameter :: usual_length = 1.0e60_wp
@@ -152,10 +152,10 @@ contains
    end subroutine check_length
 
    !> Results that are not finite, of moduli or a strain so large that products overflow: the elements get a status and zeros.
-   pure subroutine check_results(n, status, energy, force, tangent)
-      integer, intent(in) :: n
+   pure subroutine check_results(n, freedoms, status, energy, force, tangent)
+      integer, intent(in) :: n, freedoms !< of an element
       integer(i4), intent(inout) :: status(n)
-      real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
+      real(wp), intent(inout), optional :: energy(n), force(freedoms, n), tangent(freedoms, freedoms, n)
       real(wp) :: total
       integer :: e
       do e = 1, n
@@ -182,19 +182,20 @@ contains
          total = total + 0*values(i + 1:i + lanes)
       end do
    end function vanishing
+
    !> Tangents of a block, upper triangles side by side, as full matrices one after the other.
-   pure subroutine separate(used, block, elements)
-      integer, intent(in) :: used
-      real(wp), intent(inout) :: block(lanes, 18, 18) !< the lower triangles are filled
-      real(wp), intent(inout) :: elements(18, 18, used)
+   pure subroutine separate(used, freedoms, block, elements)
+      integer, intent(in) :: used, freedoms !< of an element
+      real(wp), intent(inout) :: block(lanes, freedoms, freedoms) !< the lower triangles are filled
+      real(wp), intent(inout) :: elements(freedoms, freedoms, used)
       integer :: i, j, l
-      do j = 1, 18
+      do j = 1, freedoms
          do i = 1, j - 1
             block(:, j, i) = block(:, i, j)
          end do
       end do
       if (used == lanes) then
-         call transpose_block(block, elements)
+         call transpose_block(freedoms**2, block, elements)
       else
          do l = 1, used
             elements(:, :, l) = block(l, :, :)
@@ -203,11 +204,12 @@ contains
    end subroutine separate
 
    !> All matrices of a full block. Written out lane by lane, the compiler makes shuffles of it instead of single loads and stores.
-   pure subroutine transpose_block(block, elements)
-      real(wp), intent(in) :: block(lanes, 324)
-      real(wp), intent(inout) :: elements(324, lanes)
+   pure subroutine transpose_block(n, block, elements)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: block(lanes, n)
+      real(wp), intent(inout) :: elements(n, lanes)
       integer :: i
-      do i = 1, 324
+      do i = 1, n
          elements(i, 1) = block(1, i)
          elements(i, 2) = block(2, i)
          elements(i, 3) = block(3, i)
