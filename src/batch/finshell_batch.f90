@@ -268,7 +268,7 @@ contains
             end do
          end do
       end if
-      if (present(tangent)) call separate(used, 18, kb, tangent(:, :, first + 1:first + used))
+      if (present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
    end subroutine evaluate_chunk
 
    !> Resultants of the elements first + 1 ..., side by side.

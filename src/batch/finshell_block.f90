@@ -100,6 +100,11 @@ contains
             least = min(least, square)
          end do
       end if
+      if (block%has_toward) then
+         do c = 1, 18
+            most = most + block%toward(:, c)**2
+         end do
+      end if
       changed = .false.
       if (all((tx + tu <= 0) .and. most < usual_length .and. least > 1/usual_length)) return
 
@@ -122,6 +127,11 @@ contains
             call check_length(3, block%normal(:, :, j), status, changed)
          end if
       end do
+      if (block%has_toward) then
+         do c = 1, 18
+            tr = tr + 0*block%toward(:, c)
+         end do
+      end if
       ignored = status_ok ! a direction of zeros is an error only where it is needed
       call check_length(3, block%direction, ignored, changed)
       where (.not. tx + tu + tr <= 0) status = status_not_a_number
@@ -184,18 +194,18 @@ contains
    end function vanishing
 
    !> Tangents of a block, upper triangles side by side, as full matrices one after the other.
-   pure subroutine separate(used, freedoms, block, elements)
-      integer, intent(in) :: used, freedoms !< of an element
-      real(wp), intent(inout) :: block(lanes, freedoms, freedoms) !< the lower triangles are filled
-      real(wp), intent(inout) :: elements(freedoms, freedoms, used)
+   pure subroutine separate(used, block, elements)
+      integer, intent(in) :: used
+      real(wp), intent(inout) :: block(lanes, 18, 18) !< the lower triangles are filled
+      real(wp), intent(inout) :: elements(18, 18, used)
       integer :: i, j, l
-      do j = 1, freedoms
+      do j = 1, 18
          do i = 1, j - 1
             block(:, j, i) = block(:, i, j)
          end do
       end do
       if (used == lanes) then
-         call transpose_block(freedoms**2, block, elements)
+         call transpose_block(block, elements)
       else
          do l = 1, used
             elements(:, :, l) = block(l, :, :)
@@ -204,12 +214,11 @@ contains
    end subroutine separate
 
    !> All matrices of a full block. Written out lane by lane, the compiler makes shuffles of it instead of single loads and stores.
-   pure subroutine transpose_block(n, block, elements)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: block(lanes, n)
-      real(wp), intent(inout) :: elements(n, lanes)
+   pure subroutine transpose_block(block, elements)
+      real(wp), intent(in) :: block(lanes, 324)
+      real(wp), intent(inout) :: elements(324, lanes)
       integer :: i
-      do i = 1, n
+      do i = 1, 324
          elements(i, 1) = block(1, i)
          elements(i, 2) = block(2, i)
          elements(i, 3) = block(3, i)

@@ -56,7 +56,7 @@ contains
          end do
          if (present(volume)) volume(first + 1:first + used) = v(:used)
          if (present(force)) force(:, first + 1:first + used) = transpose(f(:used, :))
-         if (present(tangent)) call separate(used, 18, k, tangent(:, :, first + 1:first + used))
+         if (present(tangent)) call separate(used, k, tangent(:, :, first + 1:first + used))
       end do
       call release(environment)
    end subroutine evaluate_caps

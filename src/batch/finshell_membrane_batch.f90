@@ -1,6 +1,6 @@
 !> The door to the membrane: many elements in one call, on as many threads as allowed. What finshell_batch is to the shell.
 module finshell_membrane_batch
-   use finshell_block, only: check_length, check_results, separate, vanishing
+   use finshell_block, only: check_length, check_results, vanishing
    use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
    use finshell_material, only: level_energy, level_force, level_tangent
@@ -182,7 +182,7 @@ contains
             end do
          end do
       end if
-      if (present(tangent)) call separate(used, n_membrane, kb, tangent(:, :, first + 1:first + used))
+      if (present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
    end subroutine evaluate_chunk
 
    !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
@@ -206,6 +206,27 @@ contains
          if (present(toward)) block%toward(l, :) = toward(:, e)
       end do
    end subroutine gather
+
+   !> Tangents of a block, upper triangles side by side, as full matrices one after the other. As in finshell_block: the compiler
+   !> makes shuffles of it where it knows the sizes.
+   pure subroutine separate(used, block, elements)
+      integer, intent(in) :: used
+      real(wp), intent(inout) :: block(lanes, n_membrane, n_membrane) !< the lower triangles are filled
+      real(wp), intent(inout) :: elements(n_membrane, n_membrane, used)
+      integer :: i, j, l
+      do j = 1, n_membrane
+         do i = 1, j - 1
+            block(:, j, i) = block(:, i, j)
+         end do
+      end do
+      do l = 1, used
+         do j = 1, n_membrane
+            do i = 1, n_membrane
+               elements(i, j, l) = block(l, i, j)
+            end do
+         end do
+      end do
+   end subroutine separate
 
    !> NaN and infinity in the input; directions of an absurd length are brought back to a usual one.
    pure subroutine check_input(block, has_direction, status, changed)

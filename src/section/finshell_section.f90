@@ -52,7 +52,9 @@ module finshell_section
       logical :: isotropic = .true. !< no layer depends on a material direction
       logical :: switched = .false. !< a layer has switches (finshell_material)
       logical :: wrinkling = .false. !< membranes: the sheet wrinkles instead of bearing compression (finshell_tension_field)
-      real(wp) :: slack_stiffness = 0 !< what is left against compression then, force per length (finshell_slack)
+      real(wp) :: slack = default_slack !< part of the natural stiffness that is left to compression then (finshell_slack)
+      !> A third of the trace of the small-strain membrane stiffness (force per length); stand-ins for laws that have none.
+      real(wp) :: natural_stiffness = 0
    end type section_t
 
    !> What laws with switches have to know at the points of a block, beside the strain.
@@ -120,8 +122,7 @@ contains
       if (present(offset)) section%offset = offset
       if (present(arc)) section%arc = arc
       if (present(wrinkling)) section%wrinkling = wrinkling
-      section%slack_stiffness = default_slack
-      if (present(slack)) section%slack_stiffness = slack
+      if (present(slack)) section%slack = slack
       if (size(plies) == 0) call raise(error, status_invalid_argument, 'a section needs at least one layer')
       do i = 1, size(plies)
          if (complaint(plies(i)) == '') cycle
@@ -142,8 +143,8 @@ contains
       else if (.not. abs(section%offset) < huge(1.0_wp)) then
          call raise(error, status_invalid_argument, 'offset is '//text_of(real(section%offset, dp))//', expected a finite number')
       end if
-      if (.not. (section%slack_stiffness >= 0 .and. section%slack_stiffness <= 1)) call raise(error, status_invalid_argument, &
-         'slack is '//text_of(real(section%slack_stiffness, dp))//', expected a number from 0 to 1')
+      if (.not. (section%slack >= 0 .and. section%slack <= 1)) call raise(error, status_invalid_argument, &
+         'slack is '//text_of(real(section%slack, dp))//', expected a number from 0 to 1')
       if (allocated(error)) return
 
       section%thickness = sum(plies%thickness)
@@ -171,13 +172,11 @@ contains
          end associate
          if (i < size(plies) .and. bottom + section%offset <= 0) section%midsurface_layer = i + 1
       end do
-      ! a third of the trace of the natural stiffness, which does not depend on axes
-      middle = 0
       do i = 1, size(plies)
          natural = plies(i)%law%reference_tangent()
-         middle = middle + plies(i)%thickness*(natural(1) + natural(2) + 2*natural(3))/3
+         section%natural_stiffness = section%natural_stiffness &
+            + plies(i)%thickness*(natural(1) + natural(2) + 2*natural(3))/3
       end do
-      section%slack_stiffness = section%slack_stiffness*middle
    end subroutine new_layered_section
 
    !> What is wrong with a layer, blank when nothing is.

@@ -48,7 +48,7 @@ contains
       !> Strains below its floor are none, and the sheet is taut then: at rest it has the stiffness of the material.
       type(membrane_switches_t), intent(in) :: switches
       type(tension_field_t), intent(out) :: field
-      !> status_material_limit where the law ends, status_not_converged where the wrinkles have not been found.
+      !> status_material_limit where the law ends, status_not_converged where wrinkles have not been found for another reason.
       integer(i4), intent(inout) :: status(lanes)
       type(wrinkle_t) :: wrinkle
       real(wp) :: e(lanes, 3), mean, radius, largest
@@ -92,7 +92,7 @@ contains
          do l = 1, lanes
             if (.not. wrinkled(l)) cycle
             if (.not. wrinkle%found(l)) then
-               status(l) = merge(status_not_converged, status_material_limit, evaluated(l))
+               status(l) = merge(status_not_converged, status_material_limit, evaluated(l) .and. .not. wrinkle%refused(l))
                cycle
             end if
             field%axes(l, :) = wrinkle%ridge(l, :)
@@ -105,7 +105,7 @@ contains
       end if
       field%tension = field%force%n
       call rotate_strain(lanes, field%axes, strain, e)
-      call add_slack(section%slack_stiffness, level, e, field%force, field%slack_energy)
+      call add_slack(section%slack*section%natural_stiffness, level, e, field%force, field%slack_energy)
    end subroutine relax
 
    !> Tangent of a wrinkled sheet from that of its material, in the axes of the ridges.

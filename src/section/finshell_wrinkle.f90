@@ -19,16 +19,17 @@ module finshell_wrinkle
    private
    public :: wrinkle_t, find_wrinkles, principal_axes
 
-   !> Wrinkles of a block of elements; where `found` is false nothing else means anything.
+   !> Wrinkles of a block of elements; where `found` is false only `refused` means anything.
    type :: wrinkle_t
       real(wp) :: ridge(lanes, 2) !< cosine, sine of the direction of the ridges
       real(wp) :: amplitude(lanes) !< strain added across them
       real(wp) :: strain(lanes, 3) !< of the material, along and across the ridges
       type(membrane_force_t) :: force !< in these axes
       logical :: found(lanes)
+      logical :: refused(lanes) !< the law has ended on the way
    end type wrinkle_t
 
-   integer, parameter :: most_iterations = 60, angles = 16
+   integer, parameter :: most_iterations = 60, patience = 20, angles = 16
    !> The error of a quadratic iteration is the square of its last step.
    real(wp), parameter :: last_step = epsilon(1.0_wp)**0.6_wp, rounding = 8*epsilon(1.0_wp)
    real(wp), parameter :: largest_turn = 0.3_wp, shortest = 1.0e-9_wp
@@ -51,6 +52,7 @@ contains
       logical :: missing(lanes)
 
       wrinkle%found = .false.
+      wrinkle%refused = .false.
       call principal_axes(strain, 0.5_wp, wrinkle%ridge)
       if (.not. section%isotropic) then
          ! where the law refused, the axes of strain must do
@@ -105,9 +107,9 @@ contains
       logical, intent(in) :: turning !< false: the direction is kept
       type(wrinkle_t), intent(inout) :: wrinkle
       type(membrane_force_t) :: r
-      real(wp) :: ridge(lanes, 2), amplitude(lanes), e(lanes, 3), local(lanes, 2)
+      real(wp) :: ridge(lanes, 2), amplitude(lanes), e(lanes, 3), local(lanes, 2), beyond(lanes, 6), d(6)
       real(wp), dimension(lanes) :: turn, change, fraction, fall, whole
-      real(wp) :: rise, size_of_strain, size_of_step, across, shear, h
+      real(wp) :: rise, size_of_strain, size_of_step, tolerance, across, shear, h
       integer(i4) :: status(lanes)
       integer :: iteration, l, phase(lanes)
       logical :: started(lanes), bounded, converged
@@ -116,6 +118,7 @@ contains
       amplitude = wrinkle%amplitude
       phase = merge(iterating, finished, active)
       started = .false.
+      beyond = 0
       whole = abs(strain(:, 1)) + abs(strain(:, 2)) + abs(strain(:, 3))
       where (active) wrinkle%found = .false.
       where (active) wrinkle%force%energy = huge(1.0_wp)
@@ -133,6 +136,7 @@ contains
          do l = 1, lanes
             if (phase(l) == finished) cycle
             if (status(l) /= status_ok .or. .not. abs(r%energy(l)) + abs(r%n(l, 2)) + abs(r%n(l, 3)) <= huge(1.0_wp)) then
+               wrinkle%refused(l) = .true.
                if (phase(l) == last .or. .not. started(l)) then
                   phase(l) = finished
                   cycle
@@ -147,6 +151,7 @@ contains
                   h = -2*amplitude(l)*turn(l)
                   h = r%a(l, 2)*change(l)**2 + 2*r%a(l, 6)*change(l)*h + r%a(l, 3)*h**2 &
                      + 2*amplitude(l)*(r%n(l, 1) - r%n(l, 2))*turn(l)**2
+                  beyond(l, :) = r%a(l, :)
                   h = fraction(l) - rise/max(h, rise/fraction(l))
                   fraction(l) = min(max(h, 1.0e-3_wp*fraction(l)), 0.9_wp*fraction(l))
                   call advance(wrinkle, l, fraction(l)*turn(l), fraction(l)*change(l), ridge, amplitude)
@@ -160,17 +165,24 @@ contains
             wrinkle%force%energy(l) = r%energy(l)
             wrinkle%force%n(l, :) = r%n(l, :)
             wrinkle%force%a(l, :) = r%a(l, :)
-            across = r%a(l, 2)
+            d = r%a(l, :)
+            ! where fibres begin to bear just ahead, the next step goes along them
+            bounded = phase(l) == iterating .and. maxval(abs(beyond(l, 1:3))) > 10*maxval(abs(d(1:3)))
+            if (bounded) d = beyond(l, :)
+            beyond(l, :) = 0
+            across = d(2)
             ! a saddle: some stiffness that leads downhill
-            if (.not. across > 0) across = 1.0e-3_wp*max(abs(r%a(l, 1)), abs(r%a(l, 2)), abs(r%a(l, 3)), tiny(1.0_wp))
-            shear = r%a(l, 6)/across
-            h = 2*amplitude(l)*(r%a(l, 3) - shear*r%a(l, 6)) + (r%n(l, 1) - r%n(l, 2))
+            if (.not. across > 0) across = 1.0e-3_wp*max(abs(d(1)), abs(d(2)), abs(d(3)), tiny(1.0_wp))
+            shear = d(6)/across
+            h = 2*amplitude(l)*(d(3) - shear*d(6)) + (r%n(l, 1) - r%n(l, 2))
             turn(l) = 0
             ! where h is not positive the direction is that of steepest descent
             if (turning .and. abs(h) > 0) turn(l) = (r%n(l, 3) - shear*r%n(l, 2))/abs(h)
-            bounded = abs(turn(l)) > largest_turn
-            if (bounded) turn(l) = sign(largest_turn, turn(l))
-            change(l) = (2*amplitude(l)*r%a(l, 6)*turn(l) - r%n(l, 2))/across
+            if (abs(turn(l)) > largest_turn) then
+               bounded = .true.
+               turn(l) = sign(largest_turn, turn(l))
+            end if
+            change(l) = (2*amplitude(l)*d(6)*turn(l) - r%n(l, 2))/across
             if (change(l) < -0.9_wp*amplitude(l)) then
                bounded = .true.
                change(l) = -0.9_wp*amplitude(l)
@@ -181,11 +193,20 @@ contains
             end if
             size_of_strain = abs(e(l, 1)) + abs(e(l, 2)) + abs(e(l, 3)) + epsilon(1.0_wp)*whole(l)
             size_of_step = abs(change(l)) + 2*amplitude(l)*abs(turn(l))
+            ! a step that is not Newton's says nothing
             converged = .not. bounded .and. size_of_step <= last_step*size_of_strain
             wrinkle%found(l) = converged .and. sound(r%n(l, :), r%a(l, :), h)
             ! the last step may have come upon fibres, and then it is not the last
-            if (.not. bounded .and. size_of_step <= rounding*merge(16*size_of_strain + 8*whole(l), size_of_strain, phase(l) == last)) &
-               then
+            tolerance = rounding*size_of_strain
+            if (phase(l) == last) tolerance = rounding*(16*size_of_strain + 8*whole(l))
+            ! no stress is better than the rounding of the strain makes it
+            if (iteration > patience .and. abs(r%n(l, 2)) + merge(abs(r%n(l, 3)), 0.0_wp, turning) &
+                <= rounding*section%natural_stiffness*whole(l)) then
+               wrinkle%found(l) = sound(r%n(l, :), r%a(l, :), h)
+               phase(l) = finished
+               cycle
+            end if
+            if (.not. bounded .and. size_of_step <= tolerance) then
                phase(l) = finished
                cycle
             end if
