@@ -216,6 +216,12 @@ contains
             call advance(wrinkle, l, turn(l), change(l), ridge, amplitude)
          end do
       end do
+      ! a law without natural stiffness: stresses that are nothing beside those of other strains of this size
+      do l = 1, lanes
+         if (phase(l) == finished .or. .not. turning) cycle
+         wrinkle%found(l) = wrinkle%force%n(l, 1) >= 0 .and. wrinkle%force%a(l, 2) > 0 .and. &
+                            abs(wrinkle%force%n(l, 2)) + abs(wrinkle%force%n(l, 3)) <= last_step*section%natural_stiffness*whole(l)
+      end do
    end subroutine search
 
    !> From the best point of element l on by a step.
