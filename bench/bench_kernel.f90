@@ -14,6 +14,7 @@ program bench_kernel
    use finshell_kinds, only: dp, i4, wp
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_material, only: material_t
+   use finshell_membrane_batch, only: evaluate_membranes, n_membrane, recover_membranes
    use finshell_quaternion, only: rotation_vector_to_quaternion
    use finshell_registry, only: new_material
    use finshell_section, only: new_section, section_t, formulation_p, formulation_s
@@ -67,7 +68,69 @@ contains
       call report('formulation (S), rotation vectors', costs(rotation_vector))
       call use_section(formulation=formulation_p)
       call report('formulation (P), quaternions', costs(rotation_quaternion))
+      call membranes(us(3))
    end subroutine headline
+
+   !> The membrane on the same mesh; sheets that wrinkle as well on one that is narrowed.
+   subroutine membranes(shell)
+      real(dp), intent(in) :: shell !< force and tangent of the shell
+      real(dp) :: us(3)
+      character(len=60) :: name
+      integer(i4) :: state(n)
+      call use_section()
+      us = membrane_costs()
+      call report('membrane', us)
+      write (*, '(a,f6.3)') 'membrane force+tangent part_of_shell ', us(3)/shell
+      call use_section(wrinkling=.true.)
+      call report('membrane, wrinkling, taut', membrane_costs())
+      u(2, :, :) = u(2, :, :) - 1.3_wp*x(2, :, :)
+      call recover_membranes(section, n, x, u, status, state=state)
+      write (name, '(a,i0,a)') 'membrane, wrinkling, ', nint(100.0*count(state == 1)/n), ' % wrinkled'
+      us = membrane_costs()
+      call report(trim(name), us)
+      write (*, '(a,f6.3)') 'wrinkled force+tangent part_of_shell ', us(3)/shell
+      call use_section(law_name='orthotropic', names=['e1  ', 'e2  ', 'nu12', 'g12 '], &
+                       values=[3300.0_wp, 1100.0_wp, 0.0_wp, 660.0_wp], wrinkling=.true.)
+      call recover_membranes(section, n, x, u, status, state=state)
+      write (name, '(a,i0,a)') 'membrane, orthotropic, ', nint(100.0*count(state == 1)/n), ' % wrinkled'
+      call report(trim(name), membrane_costs())
+      u(2, :, :) = u(2, :, :) + 1.3_wp*x(2, :, :)
+   end subroutine membranes
+
+   !> As `costs`, of membranes.
+   function membrane_costs() result(us)
+      real(dp) :: us(3)
+      real(dp) :: part(n/1600)
+      real(wp), save :: f(n_membrane, n), k(n_membrane, n_membrane, n)
+      integer(int64) :: start, finish, rate
+      integer :: first, last, level, p, repeat
+      call system_clock(count_rate=rate)
+      do level = level_energy, level_tangent
+         part = huge(part)
+         do repeat = 1, repeats
+            do p = 1, size(part)
+               call system_clock(start)
+               do first = 1600*(p - 1) + 1, 1600*p, chunk
+                  last = min(1600*p, first + chunk - 1)
+                  associate (m => last - first + 1, a => x(:, :, first:last), b => u(:, :, first:last))
+                     select case (level)
+                     case (level_tangent)
+                        call evaluate_membranes(section, m, a, b, status(:m), energy(:m), f(:, :m), k(:, :, :m), threads=1)
+                     case (level_force)
+                        call evaluate_membranes(section, m, a, b, status(:m), energy(:m), f(:, :m), threads=1)
+                     case default
+                        call evaluate_membranes(section, m, a, b, status(:m), energy(:m), threads=1)
+                     end select
+                  end associate
+               end do
+               call system_clock(finish)
+               part(p) = min(part(p), real(finish - start, dp)/real(rate, dp))
+            end do
+         end do
+         us(level - level_energy + 1) = 1.0e6_dp*sum(part)/n
+         if (any(status /= 0)) error stop 'bench_kernel: a membrane element failed'
+      end do
+   end function membrane_costs
 
    subroutine options()
       integer, parameter :: points(4) = [1, 2, 3, 5], sizes(5) = [1, 8, 16, 64, 1000]
@@ -105,17 +168,18 @@ contains
    end subroutine options
 
    !> Mooney-Rivlin, (S) and 3 points unless told otherwise.
-   subroutine use_section(law_name, names, values, formulation, thickness_points)
+   subroutine use_section(law_name, names, values, formulation, thickness_points, wrinkling)
       character(len=*), intent(in), optional :: law_name, names(:)
       real(wp), intent(in), optional :: values(:)
       integer, intent(in), optional :: formulation, thickness_points
+      logical, intent(in), optional :: wrinkling
       if (present(law_name)) then
          call new_material(law, law_name, names, values, error)
       else
          call new_material(law, 'mooney_rivlin', ['c10', 'c01'], [80.0_wp, 20.0_wp], error)
       end if
       if (.not. allocated(error)) call new_section(section, law, 0.5_wp, error, formulation=formulation, &
-                                                   thickness_points=thickness_points)
+                                                   thickness_points=thickness_points, wrinkling=wrinkling)
       if (allocated(error)) error stop error%message
    end subroutine use_section
 

@@ -99,7 +99,7 @@ contains
       end if
       if (.not. quiet) then
          call hold(environment)
-         call check_results(n, status, energy, force, tangent)
+         call check_results(n, 18, status, energy, force, tangent)
          call release(environment)
       end if
    end subroutine evaluate_elements

@@ -7,7 +7,7 @@ module finshell_block
       status_ok
    implicit none
    private
-   public :: bad_shape, gather, separate, check_input, check_results, vanishing
+   public :: bad_shape, gather, separate, check_input, check_length, check_results, vanishing
 
    !> Quaternions and directions between the inverse of this and this are taken as they are; rotation vectors up to this.
    real(wp), parameter :: usual_length = 1.0e60_wp
@@ -167,10 +167,10 @@ contains
    end subroutine check_length
 
    !> Results that are not finite, of moduli or a strain so large that products overflow: the elements get a status and zeros.
-   pure subroutine check_results(n, status, energy, force, tangent)
-      integer, intent(in) :: n
+   pure subroutine check_results(n, freedoms, status, energy, force, tangent)
+      integer, intent(in) :: n, freedoms !< of an element
       integer(i4), intent(inout) :: status(n)
-      real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
+      real(wp), intent(inout), optional :: energy(n), force(freedoms, n), tangent(freedoms, freedoms, n)
       real(wp) :: total
       integer :: e
       do e = 1, n
@@ -197,6 +197,7 @@ contains
          total = total + 0*values(i + 1:i + lanes)
       end do
    end function vanishing
+
    !> Tangents of a block, upper triangles side by side, as full matrices one after the other.
    pure subroutine separate(used, block, elements)
       integer, intent(in) :: used

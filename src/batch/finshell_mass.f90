@@ -10,10 +10,10 @@
 !> spins; at a rotation vector theta the spin is T(theta) times its rate.
 module finshell_mass
    use finshell_kinds, only: wp, i4
-   use finshell_reference, only: judge_triangles
    use finshell_rotation, only: cross_product, spin
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_not_a_number, status_ok
+   use finshell_triangle, only: judge_triangles
    implicit none
    private
    public :: mass_elements

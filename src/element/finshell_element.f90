@@ -11,9 +11,9 @@ module finshell_element
    use finshell_heading, only: new_heading, set_direction
    use finshell_lift, only: lift, core_variation
    use finshell_evaluation, only: level_energy, level_force, level_tangent
+   use finshell_material_direction, only: material_direction
    use finshell_reference, only: reference_t, new_reference, hold_sides
    use finshell_section, only: section_t, cauchy_stress, formulation_s
-   use finshell_status, only: status_invalid_argument
    use finshell_vector_rotation, only: vector_rotation_t, new_vector_rotation, turn_state, turned_frame, add_vector_curvature
    use finshell_voigt, only: rotate_stress
    implicit none
@@ -66,7 +66,7 @@ contains
       call deform(section, level, block, ref, curved, filter, vectors, quaternion, heading, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
-      if (.not. section%isotropic) call material_direction(ref, block%direction, axes, status)
+      if (.not. section%isotropic) call material_direction(ref%frame, block%direction, axes, status)
       call evaluate_core(section, level, ref, curved, filter, axes, heading, core, status, stress)
       energy = core%energy
       if (level >= level_force) call lift_block(level, block, ref, filter, vectors, core, force, tangent)
@@ -142,7 +142,7 @@ contains
       call deform(section, level_tangent, block, ref, curved, filter, vectors, quaternion, heading, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
-      if (.not. section%isotropic) call material_direction(ref, block%direction, axes, status)
+      if (.not. section%isotropic) call material_direction(ref%frame, block%direction, axes, status)
       call core_variation(ref, filter, increment, variation)
       call evaluate_core(section, level_tangent, ref, curved, filter, axes, heading, core, status, variation=variation, &
                          predicted=stress)
@@ -171,7 +171,7 @@ contains
       integer :: i
 
       call deform(section, level_force, block, ref, curved, filter, vectors, quaternion, heading, status)
-      call material_direction(ref, block%direction, axes, status)
+      call material_direction(ref%frame, block%direction, axes, status)
       call evaluate_core(section, level_force, ref, curved, filter, axes, heading, core, status)
       stretch = core%stretch
       do i = 1, 3
@@ -251,32 +251,4 @@ contains
          quaternion = vectors%quaternion
       end if
    end subroutine nodal_rotations
-
-   !> Cosine and sine of the material direction projected on the element.
-   !>
-   !> Where the direction is normal to the element (within 0.1 degrees) the next coordinate axis but one takes its place,
-   !> as is customary for the default direction x: z.
-   pure subroutine material_direction(ref, direction, axes, status)
-      type(reference_t), intent(in) :: ref
-      real(wp), intent(in) :: direction(lanes, 3)
-      real(wp), intent(out) :: axes(lanes, 2)
-      integer(i4), intent(inout) :: status(lanes)
-      real(wp), parameter :: sine_of_tenth_degree = 1.745e-3_wp
-      real(wp), dimension(lanes) :: length, full
-      real(wp) :: turned(lanes, 2)
-      integer :: i
-      full = sqrt(direction(:, 1)**2 + direction(:, 2)**2 + direction(:, 3)**2)
-      where (.not. full > 0) status = status_invalid_argument
-      do i = 1, 2
-         axes(:, i) = direction(:, 1)*ref%frame(:, 1, i) + direction(:, 2)*ref%frame(:, 2, i) + direction(:, 3)*ref%frame(:, 3, i)
-         turned(:, i) = direction(:, 2)*ref%frame(:, 1, i) + direction(:, 3)*ref%frame(:, 2, i) + direction(:, 1)*ref%frame(:, 3, i)
-      end do
-      length = sqrt(axes(:, 1)**2 + axes(:, 2)**2)
-      do i = 1, 2
-         where (length < sine_of_tenth_degree*full) axes(:, i) = turned(:, i)
-      end do
-      length = max(sqrt(axes(:, 1)**2 + axes(:, 2)**2), tiny(1.0_wp))
-      axes(:, 1) = axes(:, 1)/length
-      axes(:, 2) = axes(:, 2)/length
-   end subroutine material_direction
 end module finshell_element

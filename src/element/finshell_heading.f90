@@ -1,8 +1,6 @@
 !> Where a block of elements is about to move, and how much of its strains may be rounding: for laws with switches only.
 !>
-!> Displacements and rotations come rounded: in a rigid motion the strains they make are not zero but of the size of `epsilon` times
-!> displacement over height of the element, or position over height where displacements are differences of positions. Below a
-!> multiple of this a fibre counts as unstretched. The floor vanishes with the motion: it does not hide its small strains.
+!> What counts as rounding of strains: finshell_strain_floor. Below it a fibre counts as unstretched.
 module finshell_heading
    use finshell_kinds, only: wp, lanes
    use finshell_core, only: heading_t
@@ -11,14 +9,10 @@ module finshell_heading
    use finshell_lift, only: core_variation
    use finshell_reference, only: reference_t
    use finshell_section, only: section_t
+   use finshell_strain_floor, only: rounding, rounding_of_solution, strain_floor
    implicit none
    private
    public :: new_heading, set_direction
-
-   real(wp), parameter :: rounding = 32*epsilon(1.0_wp)
-   real(wp), parameter :: small_motion = 1.0e-6_wp !< below, displacements are taken to be better than differences of positions
-   !> Changes of strain come from the solution of equations, which loses more digits.
-   real(wp), parameter :: rounding_of_solution = 2.0_wp**16*epsilon(1.0_wp)
 
 contains
 
@@ -43,7 +37,7 @@ contains
          turn = max(turn, abs(quaternion(:, 1, k) - 1))
       end do
       motion = level(section, ref, largest, turn)
-      heading%floor = rounding*(motion + level(section, ref, position, 0*turn)*min(1.0_wp, motion/small_motion))
+      heading%floor = strain_floor(motion, level(section, ref, position, 0*turn))
       ! strains from a curved reference are differences of strains from the facet
       if (curved%any) heading%floor = heading%floor + rounding*level(section, ref, 0*turn, maxval(abs(curved%slope), 2))
    end subroutine new_heading

@@ -1,42 +1,28 @@
-!> What the reference triangle alone decides: frame, shape-function gradients, the assumed drilling strains.
+!> What the reference triangle alone decides for the shell: side functions and the assumed drilling strains.
 !>
-!> First index of every array: the element within the block (`lanes` of them side by side). Source: paper eq. (20);
-!> drilling strains: Felippa 2003 (ANDES/OPT template), with null nodal translations as the paper's eq. (31) asks.
+!> First index of every array: the element within the block (`lanes` of them side by side). Drilling strains: Felippa 2003
+!> (ANDES/OPT template), with null nodal translations as the paper's eq. (31) asks.
 module finshell_reference
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_status, only: status_degenerate_reference
+   use finshell_triangle, only: triangle_t, new_triangle, opposite_of_side, side_from, side_to
    use finshell_voigt, only: pack
    implicit none
    private
    public :: side_free, side_straight, side_fixed
-   public :: reference_t, new_reference, judge_triangles, hold_sides, drilling_weight, higher_order_strain, side_from, &
-      side_to, zeta, n_side, alpha_b
+   public :: reference_t, new_reference, hold_sides, drilling_weight, higher_order_strain, side_from, side_to, zeta, n_side, &
+      alpha_b
 
    !> What holds a side: nothing; supports along its normal in the plane of the element; those along the normal of the element too.
    integer, parameter :: side_free = 0, side_straight = 1, side_fixed = 2
-
-   !> Side k runs from node side_from(k) to node side_to(k).
-   integer, parameter :: side_from(3) = [1, 2, 3], side_to(3) = [2, 3, 1], opposite_of_side(3) = [3, 1, 2]
 
    !> In-plane integration points: area coordinates (node, point), each of weight 1/3.
    real(wp), parameter :: zeta(3, 3) = reshape([4, 1, 1, 1, 4, 1, 1, 1, 4], [3, 3])/6.0_wp
    !> Side function 4 zeta_i zeta_j (side, point).
    real(wp), parameter :: n_side(3, 3) = reshape([4, 1, 4, 4, 4, 1, 1, 4, 4], [3, 3])/9.0_wp
 
-   !> A triangle whose height is this part of its longest side has lost six digits of its normal.
-   real(wp), parameter :: flattest = 1.0e-10_wp
-   !> Lengths beyond this, or below its inverse, are refused: the element multiplies four of them.
-   real(wp), parameter :: longest_side = 1.0e60_wp
-
    real(wp), parameter :: alpha_b = 1.5_wp !< force lumping of the basic part, the optimal value
 
-   type :: reference_t
-      real(wp) :: frame(lanes, 3, 3) !< columns e, h, n0 (global components), paper eq. (20)
-      real(wp) :: area(lanes)
-      real(wp) :: x(lanes, 2, 3) !< nodes in the frame, origin at the centroid
-      real(wp) :: side(lanes, 2, 3) !< side vectors L_k
-      real(wp) :: side2(lanes, 3) !< |L_k|^2
-      real(wp) :: gradient(lanes, 2, 3) !< gradient of the area coordinate of each node
+   type, extends(triangle_t) :: reference_t
       real(wp) :: bubble(lanes, 2, 3, 3) !< gradient of the side function 4 zeta_i zeta_j (component, side, point)
       !> Mean of grad N_k (x) grad N_l, Voigt, for the pairs of sides 11, 22, 33, 12, 13, 23.
       real(wp) :: bubble_mean(lanes, 3, 6)
@@ -54,60 +40,13 @@ contains
       real(wp), intent(in) :: nodes(lanes, 3, 3) !< (element, component, node)
       type(reference_t), intent(out) :: ref
       integer(i4), intent(inout) :: status(lanes) !< status_degenerate_reference, see judge_triangles
-      real(wp), dimension(lanes, 3) :: a, b, c, column
-      real(wp), dimension(lanes) :: length, twice_area, inverse
+      real(wp) :: column(lanes, 3)
       integer, parameter :: first(4:6) = [1, 2, 1], second(4:6) = [3, 3, 2] !< nodes that two sides do not share: 12, 13, 23
-      real(wp), parameter :: third = 1.0_wp/3, four_thirds = 4.0_wp/3
+      real(wp), parameter :: four_thirds = 4.0_wp/3
       real(wp), parameter :: bow = -(4.0_wp/3)*alpha_b/8 !< times the gradient of a vertex function: mean gradient of a bubble
       integer :: g, i, k
 
-      a = nodes(:, :, 2) - nodes(:, :, 1)
-      b = nodes(:, :, 3) - nodes(:, :, 1)
-      c(:, 1) = a(:, 2)*b(:, 3) - a(:, 3)*b(:, 2)
-      c(:, 2) = a(:, 3)*b(:, 1) - a(:, 1)*b(:, 3)
-      c(:, 3) = a(:, 1)*b(:, 2) - a(:, 2)*b(:, 1)
-      length = sqrt(a(:, 1)**2 + a(:, 2)**2 + a(:, 3)**2)
-      twice_area = sqrt(c(:, 1)**2 + c(:, 2)**2 + c(:, 3)**2)
-      inverse = 1/length
-      do i = 1, 3
-         ref%frame(:, i, 1) = a(:, i)*inverse
-      end do
-      inverse = 1/twice_area
-      do i = 1, 3
-         ref%frame(:, i, 3) = c(:, i)*inverse
-      end do
-      ref%frame(:, 1, 2) = ref%frame(:, 2, 3)*ref%frame(:, 3, 1) - ref%frame(:, 3, 3)*ref%frame(:, 2, 1)
-      ref%frame(:, 2, 2) = ref%frame(:, 3, 3)*ref%frame(:, 1, 1) - ref%frame(:, 1, 3)*ref%frame(:, 3, 1)
-      ref%frame(:, 3, 2) = ref%frame(:, 1, 3)*ref%frame(:, 2, 1) - ref%frame(:, 2, 3)*ref%frame(:, 1, 1)
-      ref%area = 0.5_wp*twice_area
-
-      ! in-plane coordinates relative to node 1, then to the centroid
-      ref%x(:, :, 1) = 0
-      ref%x(:, 1, 2) = length
-      ref%x(:, 2, 2) = 0
-      do i = 1, 2
-         ref%x(:, i, 3) = b(:, 1)*ref%frame(:, 1, i) + b(:, 2)*ref%frame(:, 2, i) + b(:, 3)*ref%frame(:, 3, i)
-      end do
-      do k = 1, 3
-         do i = 1, 2
-            ref%side(:, i, k) = ref%x(:, i, side_to(k)) - ref%x(:, i, side_from(k))
-         end do
-         ref%side2(:, k) = ref%side(:, 1, k)**2 + ref%side(:, 2, k)**2
-      end do
-      call judge_triangles(lanes, twice_area, max(ref%side2(:, 1), ref%side2(:, 2), ref%side2(:, 3)), status)
-      do i = 1, 2
-         a(:, i) = third*(ref%x(:, i, 2) + ref%x(:, i, 3))
-         do k = 1, 3
-            ref%x(:, i, k) = ref%x(:, i, k) - a(:, i)
-         end do
-      end do
-      ! grad zeta_i = n0 x (opposite side) / (2A); the side opposite to node i is side i+1
-      do k = 1, 3
-         i = opposite_of_side(k)
-         ref%gradient(:, 1, i) = -ref%side(:, 2, k)*inverse
-         ref%gradient(:, 2, i) = ref%side(:, 1, k)*inverse
-      end do
-
+      call new_triangle(nodes, ref%triangle_t, status)
       do g = 1, 3
          do k = 1, 3
             do i = 1, 2
@@ -138,20 +77,6 @@ contains
       ref%basic(:, 2, 3) = -bow*ref%side(:, 1, 1)*ref%gradient(:, 2, 3)
       ref%basic(:, 3, 3) = bow*(ref%side(:, 2, 1)*ref%gradient(:, 2, 3) - ref%side(:, 1, 1)*ref%gradient(:, 1, 3))
    end subroutine new_reference
-
-   !> Whether triangles are ones to compute with, by the same measure for every numbering and unit of length; NaN are not.
-   pure subroutine judge_triangles(n, twice_area, longest2, status)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: twice_area(n)
-      real(wp), intent(in) :: longest2(n) !< longest sides, squared
-      integer(i4), intent(inout) :: status(n) !< status_degenerate_reference where they are not
-      integer :: i
-      logical :: sound
-      do i = 1, n
-         sound = twice_area(i) > flattest*longest2(i) .and. longest2(i) < longest_side**2 .and. longest2(i) > longest_side**(-2)
-         status(i) = merge(status(i), status_degenerate_reference, sound)
-      end do
-   end subroutine judge_triangles
 
    !> Sides whose displacement is prescribed stay straight: drilling rotations move those held in the plane no longer, and what
    !> holds them does no work on a bulge. Where the normal is held too, slopes do not move them either, so their bow is no bubble

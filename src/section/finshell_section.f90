@@ -13,7 +13,7 @@ module finshell_section
    implicit none
    private
    public :: section_t, layer_t, ply_t, resultants_t, switches_t, new_section, new_layered_section, integrate, &
-      midsurface_thickness, reference_membrane_tangent, cauchy_stress
+      midsurface_thickness, reference_membrane_tangent, cauchy_stress, layer_direction
    public :: formulation_s, formulation_p, points_per_block, default_points
 
    !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
@@ -21,6 +21,7 @@ module finshell_section
 
    integer, parameter :: points_per_block = 3*lanes !< three in-plane points of each element of a block
    integer, parameter :: default_points = 3
+   real(wp), parameter :: default_slack = 1.0e-6_wp
 
    !> A layer as the user gives it to `new_layered_section`.
    type :: ply_t
@@ -51,6 +52,10 @@ module finshell_section
       real(wp) :: beta0 = 0 !< weight of the higher-order drilling strain; 0: by the element's own size (finshell_reference)
       logical :: isotropic = .true. !< no layer depends on a material direction
       logical :: switched = .false. !< a layer has switches (finshell_material)
+      logical :: wrinkling = .false. !< membranes: the sheet wrinkles instead of bearing compression (finshell_tension_field)
+      real(wp) :: slack = default_slack !< part of the natural stiffness that is left to compression then (finshell_slack)
+      !> A third of the trace of the small-strain membrane stiffness (force per length); stand-ins for laws that have none.
+      real(wp) :: natural_stiffness = 0
    end type section_t
 
    !> What laws with switches have to know at the points of a block, beside the strain.
@@ -74,7 +79,8 @@ module finshell_section
 contains
 
    !> A one-layer section, the nodes on its midsurface.
-   subroutine new_section(section, law, thickness, error, formulation, beta0, thickness_points, density, offset, arc)
+   subroutine new_section(section, law, thickness, error, formulation, beta0, thickness_points, density, offset, arc, &
+                          wrinkling, slack)
       type(section_t), intent(out) :: section
       class(material_t), intent(in) :: law
       real(wp), intent(in) :: thickness !< > 0
@@ -85,13 +91,15 @@ contains
       real(wp), intent(in), optional :: density !< mass per reference volume, for the mass matrix only; default 0
       real(wp), intent(in), optional :: offset !< height of the midsurface above the surface of the nodes; default 0
       logical, intent(in), optional :: arc !< (S): curvature by the tangents of the arc instead of its chord; default .true.
+      logical, intent(in), optional :: wrinkling !< membranes: compression makes wrinkles; default .false.
+      real(wp), intent(in), optional :: slack !< with wrinkling: part of the stiffness that is left to compression; default 1e-6
       type(ply_t) :: ply(1)
 
       allocate (ply(1)%law, source=law)
       ply(1)%thickness = thickness
       if (present(thickness_points)) ply(1)%points = thickness_points
       if (present(density)) ply(1)%density = density
-      call new_layered_section(section, ply, error, formulation, beta0, offset, arc)
+      call new_layered_section(section, ply, error, formulation, beta0, offset, arc, wrinkling, slack)
    end subroutine new_section
 
    !> A section of several layers, bottom to top.
@@ -99,21 +107,23 @@ contains
    !> Errors (status_invalid_argument): no layer or a layer without law, a thickness that is not positive, a number of points
    !> outside 1 to 12, an angle, density, offset or option that makes no sense. The thickness stretch is that of the layer at
    !> the surface of the nodes, or of the one nearest to it.
-   subroutine new_layered_section(section, plies, error, formulation, beta0, offset, arc)
+   subroutine new_layered_section(section, plies, error, formulation, beta0, offset, arc, wrinkling, slack)
       type(section_t), intent(out) :: section
       type(ply_t), intent(in) :: plies(:) !< bottom to top
       type(error_t), allocatable, intent(out) :: error
       integer, intent(in), optional :: formulation
-      real(wp), intent(in), optional :: beta0, offset
-      logical, intent(in), optional :: arc
+      real(wp), intent(in), optional :: beta0, offset, slack
+      logical, intent(in), optional :: arc, wrinkling
       real(wp), parameter :: degree = acos(-1.0_wp)/180
-      real(wp) :: bottom, middle
+      real(wp) :: bottom, middle, natural(6)
       integer :: i
 
       if (present(formulation)) section%formulation = formulation
       if (present(beta0)) section%beta0 = beta0
       if (present(offset)) section%offset = offset
       if (present(arc)) section%arc = arc
+      if (present(wrinkling)) section%wrinkling = wrinkling
+      if (present(slack)) section%slack = slack
       if (size(plies) == 0) call raise(error, status_invalid_argument, 'a section needs at least one layer')
       do i = 1, size(plies)
          if (complaint(plies(i)) == '') cycle
@@ -134,6 +144,8 @@ contains
       else if (.not. abs(section%offset) < huge(1.0_wp)) then
          call raise(error, status_invalid_argument, 'offset is '//text_of(real(section%offset, dp))//', expected a finite number')
       end if
+      if (.not. (section%slack >= 0 .and. section%slack <= 1)) call raise(error, status_invalid_argument, &
+         'slack is '//text_of(real(section%slack, dp))//', expected a number from 0 to 1')
       if (allocated(error)) return
 
       section%thickness = sum(plies%thickness)
@@ -160,6 +172,11 @@ contains
             section%inertia = section%inertia + ply%density*ply%thickness*[1.0_wp, middle, middle**2 + ply%thickness**2/12]
          end associate
          if (i < size(plies) .and. bottom + section%offset <= 0) section%midsurface_layer = i + 1
+      end do
+      do i = 1, size(plies)
+         natural = plies(i)%law%reference_tangent()
+         section%natural_stiffness = section%natural_stiffness &
+            + plies(i)%thickness*(natural(1) + natural(2) + 2*natural(3))/3
       end do
    end subroutine new_layered_section
 
@@ -355,6 +372,7 @@ contains
       sigma(:, 2) = ((u(:, 3)*s(:, 1) + u(:, 2)*s(:, 3))*u(:, 3) + a(:, 2)*u(:, 2))*inverse
    end subroutine cauchy_stress
 
+   !> Cosine and sine of the layer's axis 1 from those of the element's material direction.
    pure subroutine layer_direction(layer, axes, direction)
       type(layer_t), intent(in) :: layer
       real(wp), intent(in) :: axes(:, :)

@@ -1,0 +1,252 @@
+!> The door to the membrane: many elements in one call, on as many threads as allowed. What finshell_batch is to the shell.
+module finshell_membrane_batch
+   use finshell_block, only: check_length, check_results, vanishing
+   use finshell_environment, only: all_quiet, environment_t, hold, release
+   use finshell_kinds, only: wp, i4, lanes
+   use finshell_evaluation, only: level_energy, level_force, level_tangent
+   use finshell_membrane, only: evaluate_membrane, membrane_result_t, membrane_t, n_membrane, recover_membrane
+   use finshell_section, only: section_t
+   use finshell_status, only: status_material_limit, status_not_a_number, status_ok
+   use finshell_tension_field, only: state_slack, state_taut, state_wrinkled
+!$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
+   implicit none
+   private
+   public :: evaluate_membranes, recover_membranes, n_membrane, state_slack, state_taut, state_wrinkled
+
+   !> Blocks a thread must have to pay (some 100 us of work).
+   integer, parameter :: blocks_per_thread = 256
+
+contains
+
+   !> Energy, nodal force and tangent of n membrane elements.
+   !>
+   !> Force is the derivative of the stored energy with respect to u1 u2 u3 (displacement of each node), the tangent its second
+   !> derivative, symmetric, both triangles filled. What is not present is not computed. An element that fails gets its status and
+   !> zeros; the others are done. With `wrinkling` of the section the energy is the relaxed one (finshell_tension_field): no element
+   !> bears compression, and none fails by it but where its wrinkles are not found (status_not_converged).
+   subroutine evaluate_membranes(section, n, x, u, status, energy, force, tangent, direction, threads, toward, slack_energy)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: n !< number of elements
+      real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
+      real(wp), intent(in) :: u(3, 3, n) !< displacements
+      integer(i4), intent(out) :: status(n) !< per element, see finshell_status
+      real(wp), intent(out), optional :: energy(n), force(n_membrane, n), tangent(n_membrane, n_membrane, n)
+      real(wp), intent(in), optional :: direction(3, n) !< material direction 1, projected on the element; default global x
+      integer, intent(in), optional :: threads !< default: OpenMP's, but no more than pay; 1 inside a parallel region
+      !> Nodal displacements, with `tangent`: where a law has a switch, as fibres in tension only have it in the reference state,
+      !> the tangent is the one-sided one in this direction; default: that without the fibres.
+      real(wp), intent(in), optional :: toward(n_membrane, n)
+      real(wp), intent(out), optional :: slack_energy(n) !< part of the energy: what is left against compression (finshell_slack)
+      type(environment_t) :: environment
+      integer :: b, blocks, level, team
+      logical :: quiet
+
+      level = level_energy
+      if (present(force)) level = level_force
+      if (present(tangent)) level = level_tangent
+      blocks = (n + lanes - 1)/lanes
+      team = 1
+!$    if (.not. omp_in_parallel()) team = min(omp_get_max_threads(), 1 + blocks/blocks_per_thread)
+      if (present(threads)) team = max(1, threads)
+      quiet = .true.
+      if (team == 1 .or. blocks == 1) then
+         call hold(environment)
+         do b = 1, blocks
+            call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, status, energy, force, tangent, direction, toward, &
+                                slack_energy)
+         end do
+         quiet = all_quiet()
+         call release(environment)
+      else
+!$omp parallel num_threads(team) private(environment) reduction(.and.: quiet)
+         call hold(environment)
+!$omp do schedule(static)
+         do b = 1, blocks
+            call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, status, energy, force, tangent, direction, toward, &
+                                slack_energy)
+         end do
+!$omp end do
+         quiet = all_quiet()
+         call release(environment)
+!$omp end parallel
+      end if
+      if (quiet) return
+      call hold(environment)
+      call check_results(n, n_membrane, status, energy, force, tangent)
+      call release(environment)
+      if (present(slack_energy)) where (status /= status_ok) slack_energy = 0
+   end subroutine evaluate_membranes
+
+   !> Recovered results of n membrane elements. Arguments as in `evaluate_membranes`.
+   !>
+   !> Components 11, 22, 12 refer to the material direction projected on the element (global x by default, z where x is normal
+   !> to the element), carried along by the element's rotation. Where the sheet is wrinkled stretch and stress are those of the
+   !> material, which is wider than its facet. Membrane force and stress leave out what slack sheets bear. What fails is 0.
+   subroutine recover_membranes(section, n, x, u, status, stretch, membrane_force, stress, state, ridge, direction, stress_status)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: n
+      real(wp), intent(in) :: x(3, 3, n), u(3, 3, n)
+      integer(i4), intent(out) :: status(n)
+      real(wp), intent(out), optional :: stretch(n) !< of the thickness
+      real(wp), intent(out), optional :: membrane_force(3, n) !< per reference length, conjugate to Green-Lagrange strain
+      real(wp), intent(out), optional :: stress(3, 3, n) !< Cauchy stress (component; bottom, middle, top; element)
+      integer(i4), intent(out), optional :: state(n) !< state_slack 0, state_wrinkled 1, state_taut 2; taut unless sheets wrinkle
+      !> Unit vector along the ridges of wrinkles in the deformed state, global components; zero where there are none.
+      real(wp), intent(out), optional :: ridge(3, n)
+      real(wp), intent(in), optional :: direction(3, n)
+      !> Of the stresses (bottom, middle, top; element). Not present: a stress that fails is the element's failure.
+      integer(i4), intent(out), optional :: stress_status(3, n)
+      type(environment_t) :: environment
+      type(membrane_t) :: block
+      type(membrane_result_t) :: r
+      integer(i4), dimension(lanes) :: found, input
+      integer :: first, i, l
+      logical :: changed, good
+
+      call hold(environment)
+      do first = 0, n - 1, lanes
+         call gather(first, n, x, u, block, direction)
+         input = status_ok
+         call check_input(block, present(direction), input, changed)
+         call recover_membrane(section, block, present(stress), r, found)
+         where (found == status_ok .and. .not. vanishing(reshape(r%force, [3*lanes])) + 0*r%stretch <= 0) &
+            found = status_material_limit
+         where (input /= status_ok) found = input
+         if (present(stress)) then
+            do i = 1, 3
+               where (r%stress_status(:, i) == status_ok .and. .not. vanishing(reshape(r%stress(:, :, i), [3*lanes])) <= 0) &
+                  r%stress_status(:, i) = status_material_limit
+               where (found /= status_ok) r%stress_status(:, i) = found
+            end do
+            if (.not. present(stress_status)) then
+               found = max(found, maxval(r%stress_status, dim=2))
+               r%stress_status = spread(found, 2, 3)
+            end if
+         end if
+         do l = 1, min(lanes, n - first)
+            status(first + l) = found(l)
+            good = found(l) == status_ok
+            if (present(stretch)) stretch(first + l) = merge(r%stretch(l), 0.0_wp, good)
+            if (present(membrane_force)) membrane_force(:, first + l) = merge(r%force(l, :), 0.0_wp, good)
+            if (present(state)) state(first + l) = merge(int(r%state(l), i4), 0_i4, good)
+            if (present(ridge)) ridge(:, first + l) = merge(r%ridge(l, :), 0.0_wp, good)
+            if (present(stress)) then
+               do i = 1, 3
+                  stress(:, i, first + l) = merge(r%stress(l, :, i), 0.0_wp, r%stress_status(l, i) == status_ok)
+               end do
+            end if
+            if (.not. present(stress_status)) cycle
+            stress_status(:, first + l) = found(l)
+            if (present(stress)) stress_status(:, first + l) = r%stress_status(l, :)
+         end do
+      end do
+      call release(environment)
+   end subroutine recover_membranes
+
+   !> Elements first + 1 ... of the batch.
+   subroutine evaluate_chunk(section, level, first, n, x, u, status, energy, force, tangent, direction, toward, slack_energy)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: level, first, n
+      real(wp), intent(in) :: x(3, 3, n), u(3, 3, n)
+      integer(i4), intent(inout) :: status(n)
+      real(wp), intent(inout), optional :: energy(n), force(n_membrane, n), tangent(n_membrane, n_membrane, n), slack_energy(n)
+      real(wp), intent(in), optional :: direction(3, n), toward(n_membrane, n)
+      type(membrane_t) :: block
+      real(wp) :: eb(lanes), fb(lanes, n_membrane), kb(lanes, n_membrane, n_membrane), sb(lanes)
+      integer(i4) :: found(lanes)
+      integer :: i, l, used
+      logical :: changed
+
+      used = min(lanes, n - first)
+      call gather(first, n, x, u, block, direction, toward)
+      do
+         call evaluate_membrane(section, level, block, eb, fb, kb, found, sb)
+         ! only now: what was gathered one by one can be read in lanes after a while
+         call check_input(block, present(direction), found, changed)
+         if (.not. changed) exit
+      end do
+      status(first + 1:first + used) = found(1:used)
+      do l = 1, used
+         if (found(l) == status_ok) cycle
+         eb(l) = 0
+         sb(l) = 0
+         if (level >= level_force) fb(l, :) = 0
+         if (level >= level_tangent) kb(l, :, :) = 0
+      end do
+      if (present(energy)) energy(first + 1:first + used) = eb(1:used)
+      if (present(slack_energy)) slack_energy(first + 1:first + used) = sb(1:used)
+      if (present(force)) then
+         do l = 1, used
+            do i = 1, n_membrane
+               force(i, first + l) = fb(l, i)
+            end do
+         end do
+      end if
+      if (present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
+   end subroutine evaluate_chunk
+
+   !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
+   pure subroutine gather(first, n, x, u, block, direction, toward)
+      integer, intent(in) :: first, n
+      real(wp), intent(in) :: x(3, 3, n), u(3, 3, n)
+      type(membrane_t), intent(out) :: block
+      real(wp), intent(in), optional :: direction(3, n), toward(n_membrane, n)
+      integer :: c, e, j, l
+      block%has_toward = present(toward)
+      do l = 1, lanes
+         e = first + merge(l, 1, first + l <= n)
+         do j = 1, 3
+            do c = 1, 3
+               block%x(l, c, j) = x(c, j, e)
+               block%u(l, c, j) = u(c, j, e)
+            end do
+         end do
+         block%direction(l, :) = [1.0_wp, 0.0_wp, 0.0_wp]
+         if (present(direction)) block%direction(l, :) = direction(:, e)
+         if (present(toward)) block%toward(l, :) = toward(:, e)
+      end do
+   end subroutine gather
+
+   !> Tangents of a block, upper triangles side by side, as full matrices one after the other. As in finshell_block: the compiler
+   !> makes shuffles of it where it knows the sizes.
+   pure subroutine separate(used, block, elements)
+      integer, intent(in) :: used
+      real(wp), intent(inout) :: block(lanes, n_membrane, n_membrane) !< the lower triangles are filled
+      real(wp), intent(inout) :: elements(n_membrane, n_membrane, used)
+      integer :: i, j, l
+      do j = 1, n_membrane
+         do i = 1, j - 1
+            block(:, j, i) = block(:, i, j)
+         end do
+      end do
+      do l = 1, used
+         do j = 1, n_membrane
+            do i = 1, n_membrane
+               elements(i, j, l) = block(l, i, j)
+            end do
+         end do
+      end do
+   end subroutine separate
+
+   !> NaN and infinity in the input; directions of an absurd length are brought back to a usual one.
+   pure subroutine check_input(block, has_direction, status, changed)
+      type(membrane_t), intent(inout) :: block
+      logical, intent(in) :: has_direction
+      integer(i4), intent(inout) :: status(lanes)
+      logical, intent(out) :: changed !< a length was: results do not belong to the block
+      real(wp) :: total(lanes)
+      integer(i4) :: ignored(lanes)
+      integer :: c, j
+      total = 0
+      do j = 1, 3
+         do c = 1, 3
+            total = total + 0*block%x(:, c, j) + 0*block%u(:, c, j)
+         end do
+         if (has_direction) total = total + 0*block%direction(:, j)
+      end do
+      changed = .false.
+      ignored = status_ok ! a direction of zeros is an error only where it is needed
+      if (has_direction) call check_length(3, block%direction, ignored, changed)
+      where (.not. total <= 0) status = status_not_a_number
+   end subroutine check_input
+end module finshell_membrane_batch

@@ -1,0 +1,339 @@
+!> The membrane element: three nodes, three freedoms a node, constant strain over the flat triangle, no bending.
+!>
+!> With f_i the derivatives of the position along in-plane axes, E_ij = (f_i . f_j - delta_ij)/2, made of derivatives of the
+!> displacement so that small strains keep their digits. Energy area times that of the section, force and tangent exact:
+!> P_i = N_ij f_j, dP_i/df_j = N_ij I + D_ikjl f_k (x) f_l. Any in-plane axes do; for a wrinkled sheet those of its ridges are taken.
+module finshell_membrane
+   use finshell_kinds, only: wp, i4, lanes
+   use finshell_evaluation, only: level_force, level_tangent
+   use finshell_material_direction, only: material_direction
+   use finshell_membrane_section, only: integrate_membrane, membrane_force_t, membrane_switches_t
+   use finshell_section, only: section_t, cauchy_stress, midsurface_thickness
+   use finshell_status, only: status_collapsed_element, status_ok
+   use finshell_strain_floor, only: rounding_of_solution, strain_floor
+   use finshell_tension_field, only: relax, state_slack, state_taut, state_wrinkled, tension_field_t
+   use finshell_triangle, only: new_triangle, triangle_t
+   use finshell_voigt, only: rotate_strain, rotate_stress
+   implicit none
+   private
+   public :: membrane_t, membrane_result_t, evaluate_membrane, recover_membrane, n_membrane
+
+   integer, parameter :: n_membrane = 9 !< freedoms: u1 u2 u3, three components each
+
+   !> Least J over tr C of a sheet that does not wrinkle, as for the shell.
+   real(wp), parameter :: smallest_jacobian = 1.0e-8_wp
+
+   !> Elements side by side.
+   type :: membrane_t
+      real(wp) :: x(lanes, 3, 3), u(lanes, 3, 3) !< reference coordinates and displacements (element, component, node)
+      real(wp) :: direction(lanes, 3) !< material direction 1, global; used when the section is not isotropic
+      logical :: has_toward !< with level_tangent: the tangent is the one-sided one in this direction where a law has a switch
+      real(wp) :: toward(lanes, n_membrane)
+   end type membrane_t
+
+   !> Recovered results; components in the material direction projected on the element, carried along by its rotation.
+   type :: membrane_result_t
+      real(wp) :: stretch(lanes) !< of the thickness
+      real(wp) :: force(lanes, 3) !< N11, N22, N12, conjugate to Green-Lagrange strain; without what slack sheets bear
+      real(wp) :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
+      integer(i4) :: stress_status(lanes, 3)
+      integer :: state(lanes) !< state_slack, state_wrinkled or state_taut
+      real(wp) :: ridge(lanes, 3) !< unit vector along the ridges, global, in the deformed state; zero unless wrinkled
+   end type membrane_result_t
+
+contains
+
+   !> Energy, force and tangent of a block of elements.
+   pure subroutine evaluate_membrane(section, level, block, energy, force, tangent, status, slack_energy)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: level !< level_energy, level_force or level_tangent
+      type(membrane_t), intent(in) :: block
+      real(wp), intent(inout) :: energy(lanes), force(lanes, n_membrane)
+      real(wp), intent(inout) :: tangent(lanes, n_membrane, n_membrane) !< upper triangle
+      integer(i4), intent(out) :: status(lanes)
+      real(wp), intent(inout) :: slack_energy(lanes) !< part of the energy: what slack and wrinkled sheets bear (finshell_slack)
+      type(triangle_t) :: triangle
+      type(tension_field_t) :: field
+      real(wp), dimension(lanes, 3) :: f1, f2, g1, g2, strain
+      real(wp) :: axes(lanes, 2)
+      integer :: i
+
+      call respond(section, level, block, triangle, f1, f2, strain, axes, field, status)
+      energy = triangle%area*field%force%energy
+      slack_energy = triangle%area*field%slack_energy
+      if (level < level_force) return
+      if (section%wrinkling) then
+         call turn(field%axes, f1, f2)
+         g1 = triangle%gradient(:, 1, :)
+         g2 = triangle%gradient(:, 2, :)
+         call turn(field%axes, g1, g2)
+         do i = 1, 3
+            triangle%gradient(:, 1, i) = g1(:, i)
+            triangle%gradient(:, 2, i) = g2(:, i)
+         end do
+      end if
+      call assemble_force(triangle, f1, f2, field%force%n, force)
+      if (level >= level_tangent) call assemble_tangent(triangle, f1, f2, field%force, tangent)
+   end subroutine evaluate_membrane
+
+   !> Recovered results of a block of elements; stresses only if asked for.
+   pure subroutine recover_membrane(section, block, with_stress, r, status)
+      type(section_t), intent(in) :: section
+      type(membrane_t), intent(in) :: block
+      logical, intent(in) :: with_stress
+      type(membrane_result_t), intent(out) :: r
+      integer(i4), intent(out) :: status(lanes) !< of all but the stresses
+      type(triangle_t) :: triangle
+      type(tension_field_t) :: field
+      real(wp), dimension(lanes, 3) :: f1, f2, strain, unused
+      real(wp) :: axes(lanes, 2), local(lanes, 2), back(lanes, 2), ddl(lanes, 6), length(lanes)
+      integer(i4) :: no_stretch(lanes)
+      integer :: i
+
+      call respond(section, level_force, block, triangle, f1, f2, strain, axes, field, status)
+      ! material direction in the axes of the ridges
+      call material_direction(triangle%frame, block%direction, axes, status)
+      local(:, 1) = axes(:, 1)*field%axes(:, 1) + axes(:, 2)*field%axes(:, 2)
+      local(:, 2) = axes(:, 2)*field%axes(:, 1) - axes(:, 1)*field%axes(:, 2)
+      r%state = field%state
+      no_stretch = status_ok
+      call midsurface_thickness(section, level_force, field%strain, local, r%stretch, unused, ddl, no_stretch)
+      where (status == status_ok) status = no_stretch
+      r%force = field%tension
+      back(:, 1) = local(:, 1)
+      back(:, 2) = -local(:, 2)
+      call rotate_stress(lanes, back, r%force)
+      call turn(field%axes, f1, f2)
+      length = sqrt(f1(:, 1)**2 + f1(:, 2)**2 + f1(:, 3)**2)
+      do i = 1, 3
+         r%ridge(:, i) = merge(f1(:, i)/length, 0.0_wp, field%state == state_wrinkled .and. length > 0)
+      end do
+      if (.not. with_stress) return
+      call turn_ironed(field, strain, back)
+      unused = 0
+      do i = 1, 3
+         r%stress_status(:, i) = status
+         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, field%strain, unused, local, &
+                            r%stress(:, :, i), r%stress_status(:, i))
+         call rotate_stress(lanes, back, r%stress(:, :, i))
+      end do
+   end subroutine recover_membrane
+
+   !> Bring stresses of the ironed material to the facet: both share the line of the ridges, so that is what their rotations must
+   !> bring to the same place.
+   pure subroutine turn_ironed(field, strain, back)
+      type(tension_field_t), intent(in) :: field
+      real(wp), intent(in) :: strain(lanes, 3)
+      real(wp), intent(inout) :: back(lanes, 2) !< cosine, sine of the axes of stress in those they are wanted in
+      real(wp) :: e(lanes, 3), p(2), q(2), jacobian, c, s, length
+      integer :: l
+      call rotate_strain(lanes, field%axes, strain, e)
+      do l = 1, lanes
+         if (field%state(l) /= state_wrinkled) cycle
+         ! U e_1 up to a factor, U = (C + J I)/t
+         jacobian = sqrt(max((1 + 2*e(l, 1))*(1 + 2*e(l, 2)) - e(l, 3)**2, 0.0_wp))
+         p = [1 + 2*e(l, 1) + jacobian, e(l, 3)]
+         jacobian = sqrt(max((1 + 2*field%strain(l, 1))*(1 + 2*field%strain(l, 2)) - field%strain(l, 3)**2, 0.0_wp))
+         q = [1 + 2*field%strain(l, 1) + jacobian, field%strain(l, 3)]
+         ! turned by the angle from q to p
+         length = norm2(p)*norm2(q)
+         c = dot_product(p, q)/length
+         s = (p(2)*q(1) - p(1)*q(2))/length
+         p = back(l, :)
+         back(l, :) = [p(1)*c - p(2)*s, p(2)*c + p(1)*s]
+      end do
+   end subroutine turn_ironed
+
+   !> Strain, material direction and resultants of a block.
+   pure subroutine respond(section, level, block, triangle, f1, f2, strain, axes, field, status)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: level
+      type(membrane_t), intent(in) :: block
+      type(triangle_t), intent(out) :: triangle
+      real(wp), intent(out) :: f1(lanes, 3), f2(lanes, 3) !< derivatives of the position
+      real(wp), intent(out) :: strain(lanes, 3), axes(lanes, 2)
+      type(tension_field_t), intent(inout) :: field
+      integer(i4), intent(out) :: status(lanes)
+      type(membrane_switches_t) :: switches
+      real(wp) :: h1(lanes, 3), h2(lanes, 3), normal(lanes, 3), jacobian(lanes)
+      integer :: i
+
+      status = status_ok
+      call new_triangle(block%x, triangle, status)
+      call displacement_gradient(triangle, block%u, h1, h2)
+      do i = 1, 3
+         f1(:, i) = triangle%frame(:, i, 1) + h1(:, i)
+         f2(:, i) = triangle%frame(:, i, 2) + h2(:, i)
+      end do
+      call strain_of(triangle, h1, h2, strain)
+      axes(:, 1) = 1
+      axes(:, 2) = 0
+      if (.not. section%isotropic) call material_direction(triangle%frame, block%direction, axes, status)
+      if (section%wrinkling .or. section%switched .and. level >= level_tangent) &
+         call look_at_switches(triangle, block, f1, f2, switches)
+      if (section%wrinkling) then
+         call relax(section, level, strain, axes, switches, field, status)
+         return
+      end if
+      normal(:, 1) = f1(:, 2)*f2(:, 3) - f1(:, 3)*f2(:, 2)
+      normal(:, 2) = f1(:, 3)*f2(:, 1) - f1(:, 1)*f2(:, 3)
+      normal(:, 3) = f1(:, 1)*f2(:, 2) - f1(:, 2)*f2(:, 1)
+      jacobian = sqrt(normal(:, 1)**2 + normal(:, 2)**2 + normal(:, 3)**2)
+      where (status == status_ok .and. (.not. jacobian > smallest_jacobian*max(2 + 2*strain(:, 1) + 2*strain(:, 2), 1.0_wp) &
+                                        .or. jacobian > huge(1.0_wp)*epsilon(1.0_wp))) status = status_collapsed_element
+      if (section%switched .and. level >= level_tangent) then
+         call integrate_membrane(section, level, strain, axes, field%force, status, switches)
+      else
+         call integrate_membrane(section, level, strain, axes, field%force, status)
+      end if
+      field%state = state_taut
+      field%axes(:, 1) = 1
+      field%axes(:, 2) = 0
+      field%strain = strain
+      if (level >= level_force) field%tension = field%force%n
+      field%slack_energy = 0
+   end subroutine respond
+
+   !> Derivatives of a displacement along the axes of the triangle, global components.
+   pure subroutine displacement_gradient(triangle, u, h1, h2)
+      type(triangle_t), intent(in) :: triangle
+      real(wp), intent(in) :: u(lanes, 3, 3)
+      real(wp), intent(out) :: h1(lanes, 3), h2(lanes, 3)
+      real(wp), dimension(lanes) :: a, b
+      integer :: i
+      do i = 1, 3
+         a = u(:, i, 2) - u(:, i, 1)
+         b = u(:, i, 3) - u(:, i, 1)
+         h1(:, i) = a*triangle%gradient(:, 1, 2) + b*triangle%gradient(:, 1, 3)
+         h2(:, i) = a*triangle%gradient(:, 2, 2) + b*triangle%gradient(:, 2, 3)
+      end do
+   end subroutine displacement_gradient
+
+   !> Green-Lagrange strain from derivatives of the displacement.
+   pure subroutine strain_of(triangle, h1, h2, strain)
+      type(triangle_t), intent(in) :: triangle
+      real(wp), intent(in) :: h1(lanes, 3), h2(lanes, 3)
+      real(wp), intent(out) :: strain(lanes, 3)
+      associate (a => triangle%frame)
+         strain(:, 1) = a(:, 1, 1)*h1(:, 1) + a(:, 2, 1)*h1(:, 2) + a(:, 3, 1)*h1(:, 3) &
+            + 0.5_wp*(h1(:, 1)**2 + h1(:, 2)**2 + h1(:, 3)**2)
+         strain(:, 2) = a(:, 1, 2)*h2(:, 1) + a(:, 2, 2)*h2(:, 2) + a(:, 3, 2)*h2(:, 3) &
+            + 0.5_wp*(h2(:, 1)**2 + h2(:, 2)**2 + h2(:, 3)**2)
+         strain(:, 3) = (a(:, 1, 1)*h2(:, 1) + a(:, 2, 1)*h2(:, 2) + a(:, 3, 1)*h2(:, 3)) &
+            + (a(:, 1, 2)*h1(:, 1) + a(:, 2, 2)*h1(:, 2) + a(:, 3, 2)*h1(:, 3)) &
+            + (h1(:, 1)*h2(:, 1) + h1(:, 2)*h2(:, 2) + h1(:, 3)*h2(:, 3))
+      end associate
+   end subroutine strain_of
+
+   !> What of the strain may be rounding, and the rates of strain of the direction that is looked in.
+   pure subroutine look_at_switches(triangle, block, f1, f2, switches)
+      type(triangle_t), intent(in) :: triangle
+      type(membrane_t), intent(in) :: block
+      real(wp), intent(in) :: f1(lanes, 3), f2(lanes, 3)
+      type(membrane_switches_t), intent(out) :: switches
+      real(wp), dimension(lanes) :: inverse, motion, position
+      real(wp) :: v(lanes, 3, 3), v1(lanes, 3), v2(lanes, 3)
+      integer :: i, k
+      inverse = 0
+      motion = 0
+      position = 0
+      do k = 1, 3
+         inverse = max(inverse, abs(triangle%gradient(:, 1, k)) + abs(triangle%gradient(:, 2, k)))
+         do i = 1, 3
+            motion = max(motion, abs(block%u(:, i, k)))
+            position = max(position, abs(block%x(:, i, k)))
+         end do
+      end do
+      switches%floor = strain_floor(motion*inverse, position*inverse)
+      switches%directed = block%has_toward
+      if (.not. block%has_toward) return
+      do k = 1, 3
+         v(:, :, k) = block%toward(:, 3*k - 2:3*k)
+      end do
+      call displacement_gradient(triangle, v, v1, v2)
+      switches%rate(:, 1) = f1(:, 1)*v1(:, 1) + f1(:, 2)*v1(:, 2) + f1(:, 3)*v1(:, 3)
+      switches%rate(:, 2) = f2(:, 1)*v2(:, 1) + f2(:, 2)*v2(:, 2) + f2(:, 3)*v2(:, 3)
+      switches%rate(:, 3) = f1(:, 1)*v2(:, 1) + f1(:, 2)*v2(:, 2) + f1(:, 3)*v2(:, 3) &
+         + (f2(:, 1)*v1(:, 1) + f2(:, 2)*v1(:, 2) + f2(:, 3)*v1(:, 3))
+      switches%rate_floor = rounding_of_solution*maxval(abs(block%toward), 2)*inverse
+   end subroutine look_at_switches
+
+   !> Components along other in-plane axes.
+   pure subroutine turn(axes, a1, a2)
+      real(wp), intent(in) :: axes(lanes, 2)
+      real(wp), intent(inout) :: a1(lanes, 3), a2(lanes, 3)
+      real(wp) :: a(lanes)
+      integer :: i
+      do i = 1, 3
+         a = a1(:, i)
+         a1(:, i) = axes(:, 1)*a + axes(:, 2)*a2(:, i)
+         a2(:, i) = axes(:, 1)*a2(:, i) - axes(:, 2)*a
+      end do
+   end subroutine turn
+
+   pure subroutine assemble_force(triangle, f1, f2, n, force)
+      type(triangle_t), intent(in) :: triangle
+      real(wp), intent(in) :: f1(lanes, 3), f2(lanes, 3), n(lanes, 3)
+      real(wp), intent(inout) :: force(lanes, n_membrane)
+      real(wp) :: p1(lanes), p2(lanes)
+      integer :: i, k
+      do i = 1, 3
+         p1 = triangle%area*(n(:, 1)*f1(:, i) + n(:, 3)*f2(:, i))
+         p2 = triangle%area*(n(:, 3)*f1(:, i) + n(:, 2)*f2(:, i))
+         do k = 1, 3
+            force(:, 3*k - 3 + i) = triangle%gradient(:, 1, k)*p1 + triangle%gradient(:, 2, k)*p2
+         end do
+      end do
+   end subroutine assemble_force
+
+   pure subroutine assemble_tangent(triangle, f1, f2, r, tangent)
+      type(triangle_t), intent(in) :: triangle
+      real(wp), intent(in) :: f1(lanes, 3), f2(lanes, 3)
+      type(membrane_force_t), intent(in) :: r
+      real(wp), intent(inout) :: tangent(lanes, n_membrane, n_membrane)
+      ! h11, h22: symmetric; h12: rows of axis 1, columns of axis 2
+      real(wp), dimension(lanes) :: a11, a12, b11, b12, h11, h12, h21, h22, aa, ab, ba, bb
+      real(wp) :: a(lanes, 6), n(lanes, 3)
+      integer :: i, j, k, l
+      do i = 1, 6
+         a(:, i) = triangle%area*r%a(:, i)
+      end do
+      do i = 1, 3
+         n(:, i) = triangle%area*r%n(:, i)
+      end do
+      do j = 1, 3
+         do i = 1, j
+            aa = f1(:, i)*f1(:, j)
+            ab = f1(:, i)*f2(:, j)
+            ba = f2(:, i)*f1(:, j)
+            bb = f2(:, i)*f2(:, j)
+            h11 = a(:, 1)*aa + a(:, 5)*(ab + ba) + a(:, 3)*bb
+            h22 = a(:, 2)*bb + a(:, 6)*(ab + ba) + a(:, 3)*aa
+            h12 = a(:, 5)*aa + a(:, 4)*ab + a(:, 3)*ba + a(:, 6)*bb
+            h21 = a(:, 5)*aa + a(:, 4)*ba + a(:, 3)*ab + a(:, 6)*bb
+            if (i == j) then
+               h11 = h11 + n(:, 1)
+               h22 = h22 + n(:, 2)
+               h12 = h12 + n(:, 3)
+               h21 = h21 + n(:, 3)
+            end if
+            associate (g => triangle%gradient)
+               do l = 1, 3
+                  a11 = h11*g(:, 1, l) + h12*g(:, 2, l)
+                  a12 = h21*g(:, 1, l) + h22*g(:, 2, l)
+                  do k = 1, l
+                     tangent(:, 3*k - 3 + i, 3*l - 3 + j) = g(:, 1, k)*a11 + g(:, 2, k)*a12
+                  end do
+                  if (i == j) cycle
+                  ! the other half of a block off the diagonal
+                  b11 = h11*g(:, 1, l) + h21*g(:, 2, l)
+                  b12 = h12*g(:, 1, l) + h22*g(:, 2, l)
+                  do k = 1, l - 1
+                     tangent(:, 3*k - 3 + j, 3*l - 3 + i) = g(:, 1, k)*b11 + g(:, 2, k)*b12
+                  end do
+               end do
+            end associate
+         end do
+      end do
+   end subroutine assemble_tangent
+end module finshell_membrane
