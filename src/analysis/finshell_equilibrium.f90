@@ -14,7 +14,7 @@ module finshell_equilibrium
    use finshell_batch, only: n_resultants
    use finshell_mesh, only: mesh_size, mean_side
    use finshell_normals, only: add_turns
-   use finshell_structure, only: structure_t
+   use finshell_structure, only: structure_t, membranes, turning_nodes
    use finshell_state, only: state_t, linear_change_t, new_state, move_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
    use finshell_external, only: external_t, new_external
@@ -94,7 +94,7 @@ contains
          call raise(error, status_input_error, 'the structure has no supports')
          return
       end if
-      call new_equations(self%equations, structure%mesh, structure%supports, error)
+      call new_equations(self%equations, structure%mesh, structure%supports, error, turning_nodes(structure))
       if (allocated(error)) return
       call check_mechanism(structure%mesh, self%equations, error)
       if (allocated(error)) return
@@ -103,12 +103,13 @@ contains
       call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
       if (allocated(error)) return
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
-         error, self%equations%frame, self%equations%frames, self%equations%held)
+         error, self%equations%frame, self%equations%frames, self%equations%held, membranes(structure))
       if (allocated(error)) return
       call self%half%take(pattern)
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
       self%soft = is_soft(structure%sections)
+      self%limp = any(structure%sections%membrane)
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
 
       self%n = self%equations%n

@@ -7,7 +7,7 @@ module finshell_assembly
 !$ use omp_lib, only: omp_get_max_threads
    use finshell_batch, only: n_resultants
    use finshell_colouring, only: patches_t, new_patches
-   use finshell_discretisation, only: evaluate_gathered, gather_elements, gather_motion, gathered_t, predict_gathered
+   use finshell_discretisation, only: evaluate_gathered, freedoms, gather_elements, gather_motion, gathered_t, predict_gathered
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp, i4
    use finshell_section, only: section_t
@@ -38,7 +38,8 @@ module finshell_assembly
 contains
 
    !> Prepare the assembly. Errors: status_invalid_argument when array sizes do not fit each other.
-   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames, held)
+   subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames, held, &
+                           membranes)
       type(assembly_t), intent(out) :: self
       type(sparsity_t), intent(in) :: pattern !< of the same triangles and equations
       integer, intent(in) :: triangles(:, :) !< (3, elements)
@@ -48,6 +49,7 @@ contains
       integer, optional, intent(in) :: frame(:) !< (nodes) axes of each node: index into frames, 0 = global
       real(wp), optional, intent(in) :: frames(:, :, :) !< (3, 3, :) orthonormal columns: the axes
       integer, optional, intent(in) :: held(:, :) !< (3, elements) sides that supports hold (finshell_batch)
+      logical, optional, intent(in) :: membranes(:) !< (elements) those that have displacements only
       integer :: s, e
 
       self%elements = size(triangles, 2)
@@ -83,7 +85,11 @@ contains
          self%framed(s) = any(self%frame(triangles(:, e)) > 0)
       end do
       if (present(held)) self%held = held
-      call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
+      if (present(membranes)) then
+         call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq, membranes(self%patches%element))
+      else
+         call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
+      end if
    end subroutine new_assembly
 
    !> Elements in a patch: a function of the mesh alone, or else results would depend on the machine.
@@ -122,7 +128,7 @@ contains
       real(wp), allocatable :: f(:, :), k(:, :, :), w(:), stress(:, :), d(:, :)
       type(gathered_t) :: g
       integer(i4), allocatable :: element_status(:)
-      integer :: p, c, i, j, s, n, most, team
+      integer :: p, c, i, j, m, s, n, most, team
 
       status = status_ok
       bad_element = 0
@@ -133,13 +139,11 @@ contains
       if (present(threads)) team = max(1, threads)
 
       !$omp parallel num_threads(team) default(shared) &
-      !$omp private(g, f, k, w, stress, d, element_status, p, c, i, j, s, n)
-      allocate (f(18, most), element_status(most))
+      !$omp private(g, f, k, w, stress, d, element_status, p, c, i, j, m, s, n)
+      allocate (f(0, most), element_status(most))
       ! What is not asked for stays unallocated, and so counts as absent in the call below.
-      if (present(values)) allocate (k(18, 18, most))
       if (present(energy)) allocate (w(most))
       if (present(resultants) .and. present(values)) allocate (stress(n_resultants, most))
-      if (present(toward) .and. present(values)) allocate (d(18, most))
       if (present(values)) then
          !$omp do schedule(static)
          do i = 1, size(values)
@@ -157,6 +161,16 @@ contains
          do p = self%patches%first_of_colour(c), self%patches%first_of_colour(c + 1) - 1
             s = self%patches%first(p) - 1
             n = self%patches%first(p + 1) - self%patches%first(p)
+            m = freedoms(structure%sections(self%patches%group(p)))
+            if (size(f, 1) /= m) then
+               deallocate (f)
+               allocate (f(m, most))
+               if (allocated(k)) deallocate (k)
+               if (present(values)) allocate (k(m, m, most))
+               if (allocated(d)) deallocate (d)
+               if (present(toward) .and. present(values)) allocate (d(m, most))
+            end if
+            m = m/3
             associate (mine => self%patches%element(s + 1:s + n))
                call gather_elements(structure, state, mine, g, self%held)
                if (allocated(d)) call gather_motion(structure, toward, mine, d)
@@ -181,7 +195,7 @@ contains
             if (allocated(w)) patch_energy(p) = sum(w(:n))
             do i = 1, n
                do j = 1, 3
-                  internal_force(:, self%corner(j, s + i)) = internal_force(:, self%corner(j, s + i)) + f(6*j - 5:6*j, i)
+                  internal_force(:m, self%corner(j, s + i)) = internal_force(:m, self%corner(j, s + i)) + f(m*(j - 1) + 1:m*j, i)
                end do
                if (.not. allocated(k)) cycle
                if (self%framed(s + i)) call rotate(self, s + i, k(:, :, i))
@@ -217,8 +231,8 @@ contains
       do p = 1, size(self%patches%group)
          s = self%patches%first(p) - 1
          n = self%patches%first(p + 1) - self%patches%first(p)
-         allocate (d(18, n), element_status(n))
-         if (present(toward)) allocate (t(18, n)) ! unallocated: absent in the call below
+         allocate (d(freedoms(structure%sections(self%patches%group(p))), n), element_status(n))
+         if (present(toward)) allocate (t(size(d, 1), n)) ! unallocated: absent in the call below
          associate (mine => self%patches%element(s + 1:s + n))
             call gather_elements(structure, state, mine, g, self%held)
             call gather_motion(structure, increment, mine, d)
@@ -302,13 +316,13 @@ contains
    pure subroutine rotate(self, s, k)
       type(assembly_t), intent(in) :: self
       integer, intent(in) :: s !< slot
-      real(wp), intent(inout) :: k(18, 18)
+      real(wp), intent(inout) :: k(:, :) !< of elements with 18 or 9 freedoms
       integer :: j, b, first
       do j = 1, 3
          if (self%frame(self%corner(j, s)) == 0) cycle
          associate (axes => self%frames(:, :, self%frame(self%corner(j, s))))
-            do b = 0, 1
-               first = 6*(j - 1) + 3*b + 1
+            do b = 0, size(k, 1)/9 - 1
+               first = size(k, 1)/3*(j - 1) + 3*b + 1
                k(first:first + 2, :) = matmul(transpose(axes), k(first:first + 2, :))
                k(:, first:first + 2) = matmul(k(:, first:first + 2), axes)
             end do

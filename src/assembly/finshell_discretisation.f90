@@ -6,12 +6,14 @@
 module finshell_discretisation
    use finshell_batch, only: evaluate_elements, n_resultants, predict_resultants, recover_elements, rotation_quaternion
    use finshell_kinds, only: wp, i4
+   use finshell_membrane_batch, only: evaluate_membranes, n_membrane, recover_membranes
    use finshell_section, only: section_t
    use finshell_state, only: state_t
+   use finshell_status, only: status_ok
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: gathered_t, gather_elements, gather_motion, evaluate_gathered, predict_gathered, recover_gathered
+   public :: gathered_t, gather_elements, gather_motion, evaluate_gathered, predict_gathered, recover_gathered, freedoms
 
    !> Arrays of elements side by side, as evaluate_elements describes them; unallocated: absent.
    type :: gathered_t
@@ -22,6 +24,12 @@ module finshell_discretisation
    end type gathered_t
 
 contains
+
+   !> Freedoms of an element: displacements and rotations of three nodes, or displacements alone.
+   pure integer function freedoms(section)
+      type(section_t), intent(in) :: section
+      freedoms = merge(n_membrane, 18, section%membrane)
+   end function freedoms
 
    !> Gather a list of elements at a state.
    pure subroutine gather_elements(structure, state, list, gathered, held)
@@ -58,21 +66,23 @@ contains
       end do
    end subroutine gather_elements
 
-   !> Displacements and spins of the nodes of a list of elements, u1 t1 u2 t2 u3 t3.
+   !> Displacements and spins of the nodes of a list of elements, u1 t1 u2 t2 u3 t3; of membranes the displacements.
    pure subroutine gather_motion(structure, motion, list, gathered)
       type(structure_t), intent(in) :: structure
       real(wp), intent(in) :: motion(:, :) !< (6, nodes)
       integer, intent(in) :: list(:)
-      real(wp), intent(out) :: gathered(:, :) !< (18, size(list))
-      integer :: i, k
+      real(wp), intent(out) :: gathered(:, :) !< (18 or 9, size(list) or more)
+      integer :: i, k, m
+      m = size(gathered, 1)/3
       do i = 1, size(list)
          do k = 1, 3
-            gathered(6*k - 5:6*k, i) = motion(:, structure%mesh%triangles(k, list(i)))
+            gathered(m*(k - 1) + 1:m*k, i) = motion(:m, structure%mesh%triangles(k, list(i)))
          end do
       end do
    end subroutine gather_motion
 
-   !> evaluate_elements of gathered ones. What is not allocated on the side of the caller counts as absent.
+   !> evaluate_elements, or evaluate_membranes, of gathered ones. What is not allocated on the side of the caller counts as absent.
+   !> Forces and tangents are those of the freedoms that the elements have: 18, or 9 of membranes.
    subroutine evaluate_gathered(section, gathered, status, energy, force, tangent, resultants, toward, threads)
       type(section_t), intent(in) :: section
       type(gathered_t), intent(in) :: gathered
@@ -80,6 +90,11 @@ contains
       real(wp), intent(out), optional, contiguous :: energy(:), force(:, :), tangent(:, :, :)
       real(wp), intent(in), optional, contiguous :: resultants(:, :), toward(:, :)
       integer, intent(in), optional :: threads
+      if (section%membrane) then
+         call evaluate_membranes(section, size(gathered%x, 3), gathered%x, gathered%u, status, energy, force, tangent, &
+                                 gathered%direction, threads, toward)
+         return
+      end if
       call evaluate_elements(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, status, &
                              energy=energy, force=force, tangent=tangent, direction=gathered%direction, threads=threads, &
                              resultants=resultants, toward=toward, held=gathered%held, normal=gathered%normal)
@@ -93,6 +108,9 @@ contains
       real(wp), intent(out), contiguous :: resultants(:, :) !< (n_resultants, elements)
       integer(i4), intent(out), contiguous :: status(:)
       real(wp), intent(in), optional, contiguous :: toward(:, :)
+      resultants = 0 ! membranes: mixed iteration has nothing to gain where there is no bending
+      status = status_ok
+      if (section%membrane) return
       call predict_resultants(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, increment, resultants, status, &
                               gathered%direction, toward, gathered%held, gathered%normal)
    end subroutine predict_gathered
@@ -104,6 +122,12 @@ contains
       integer(i4), intent(out), contiguous :: status(:)
       real(wp), intent(out), optional, contiguous :: stretch(:), force(:, :), moment(:, :), stress(:, :, :)
       integer(i4), intent(out), optional, contiguous :: stress_status(:, :)
+      if (section%membrane) then
+         if (present(moment)) moment = 0
+         call recover_membranes(section, size(gathered%x, 3), gathered%x, gathered%u, status, stretch, force, stress, &
+                                direction=gathered%direction, stress_status=stress_status)
+         return
+      end if
       call recover_elements(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, status, &
                             stretch, force, moment, stress, gathered%direction, stress_status=stress_status, &
                             held=gathered%held, normal=gathered%normal)

@@ -1,6 +1,7 @@
 !> A stand-in for the stiffness of structures whose law has none in the reference state (the exponential fibre law: its stress
 !> starts with the cube of the strain). It is the stiffness, in the reference state, of the same structure made of an
-!> incompressible isotropic material with the shear modulus by which the law scales its drilling stiffness.
+!> incompressible isotropic material with the shear modulus by which the law scales its drilling stiffness; where there are membranes,
+!> uniformly stretched a little.
 !>
 !> Path following adds a part of it to the matrix of the first iterations, never to the forces, so solutions are unchanged.
 !> A descent (finshell_descent) does likewise with a mass.
@@ -21,17 +22,20 @@ module finshell_ground
    private
    public :: is_soft, ground_stiffness, lumped_weight
 
+   real(wp), parameter :: tension = 0.05_wp !< strain of the stand-in of a membrane
    real(wp), parameter :: negligible = 1.0e-10_wp !< shear stiffness relative to the scale of the law
 
 contains
 
-   !> Has a section a law that offers no resistance to shear in the reference state?
+   !> Has a section a law that offers no resistance to shear in the reference state, or is it a membrane, which offers none to motion
+   !> along its normal?
    pure function is_soft(sections) result(soft)
       type(section_t), intent(in) :: sections(:)
       logical :: soft
       integer :: i, k
       soft = .false.
       do i = 1, size(sections)
+         soft = soft .or. sections(i)%membrane
          do k = 1, size(sections(i)%layers)
             soft = soft .or. law_is_soft(sections(i)%layers(k)%law)
          end do
@@ -79,6 +83,8 @@ contains
       nodes = size(structure%mesh%coordinates, 2)
       allocate (force(6, nodes))
       call new_state(reference, nodes)
+      ! in tension: a membrane has stiffness along its normal then
+      if (any(sections%membrane)) reference%displacement = tension*structure%mesh%coordinates
       call assemble(assembly, structure, reference, force, status, element, values, sections=sections)
    end subroutine ground_stiffness
 

@@ -5,7 +5,7 @@
 module finshell_load_terms
    use finshell_kinds, only: wp, i4, lanes
    use finshell_rotation, only: cross_product, spin
-   use finshell_discretisation, only: evaluate_gathered, gather_elements, gather_motion, gathered_t
+   use finshell_discretisation, only: evaluate_gathered, freedoms, gather_elements, gather_motion, gathered_t
    use finshell_line_load, only: bulge_load
    use finshell_pressure, only: follower_pressure
    use finshell_cap_terms, only: caps_at
@@ -292,10 +292,10 @@ contains
       real(wp), intent(inout) :: force(:, :) !< (6, nodes)
       real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
       real(wp), allocatable :: heading(:, :) ! unallocated it counts as absent in the call
-      real(wp) :: f(18, lanes), k(18, 18, lanes), moved(18, lanes)
+      real(wp), allocatable :: f(:, :), k(:, :, :), moved(:, :)
       type(gathered_t) :: g
       integer(i4) :: status(lanes)
-      integer :: first, i, j, last, section
+      integer :: first, i, j, last, m, section
 
       first = 1
       do while (first <= size(elements))
@@ -305,11 +305,11 @@ contains
             if (structure%element_section(elements(last + 1)) /= section) exit
             last = last + 1
          end do
+         m = freedoms(structure%sections(section))
+         allocate (f(m, lanes), k(m, m, lanes), moved(m, lanes))
+         if (present(toward)) allocate (heading(m, lanes))
          associate (mine => elements(first:last))
-            if (present(toward)) then
-               if (.not. allocated(heading)) allocate (heading(18, lanes))
-               call gather_motion(structure, toward, mine, heading)
-            end if
+            if (present(toward)) call gather_motion(structure, toward, mine, heading)
             call gather_elements(structure, state, mine, g, equations%held)
             call gather_motion(structure, motion, mine, moved)
             call evaluate_gathered(structure%sections(section), g, status, force=f, tangent=k, toward=heading, threads=1)
@@ -317,11 +317,13 @@ contains
                moved(:, i) = matmul(k(:, :, i), moved(:, i))
                do j = 1, 3
                   associate (node => structure%mesh%triangles(j, mine(i)))
-                     force(:, node) = force(:, node) + moved(6*j - 5:6*j, i)
+                     force(:m/3, node) = force(:m/3, node) + moved(m/3*(j - 1) + 1:m/3*j, i)
                   end associate
                end do
             end do
          end associate
+         deallocate (f, k, moved)
+         if (allocated(heading)) deallocate (heading)
          first = last + 1
       end do
    end subroutine add_stiffness_times

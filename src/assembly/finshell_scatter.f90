@@ -21,6 +21,9 @@ module finshell_scatter
       integer(i4), allocatable :: offset(:, :)
       integer(i4), allocatable :: irregular(:) ! (elements) index into position, 0: made of runs
       integer(i4), allocatable :: position(:, :) ! (entries, irregular elements) 0: constrained
+      ! Elements that have displacements only: (elements) index into displacements, 0: others.
+      integer(i4), allocatable :: membrane(:)
+      integer(i4), allocatable :: displacements(:, :) ! (entries, membranes) as position
    end type scatter_t
 
    !> Pairs (row node, column node) of the lower triangle.
@@ -29,11 +32,12 @@ module finshell_scatter
 contains
 
    !> Prepare for the elements of a pattern.
-   subroutine new_scatter(self, pattern, triangles, eq)
+   subroutine new_scatter(self, pattern, triangles, eq, membranes)
       type(scatter_t), intent(out) :: self
       type(sparsity_t), intent(in) :: pattern
       integer, intent(in) :: triangles(:, :) !< (3, elements) nodes
       integer, intent(in) :: eq(:, :) !< (6, nodes) equations, 0 = constrained
+      logical, intent(in), optional :: membranes(:) !< (elements) those that have displacements only
       integer(i4), allocatable :: list(:)
       logical, allocatable :: regular(:)
       integer :: e, j, k, n, hi, lo
@@ -46,10 +50,16 @@ contains
       end do
       allocate (self%equation(3, size(triangles, 2)), self%offset(merge(3, 9, self%symmetric), size(triangles, 2)))
       allocate (self%irregular(size(triangles, 2)), list(size(triangles, 2)))
+      if (present(membranes)) then
+         if (any(membranes)) call scatter_membranes()
+      end if
       n = 0
       do e = 1, size(triangles, 2)
          self%equation(:, e) = eq(1, triangles(:, e))
          self%irregular(e) = 0
+         if (allocated(self%membrane)) then
+            if (self%membrane(e) > 0) cycle
+         end if
          if (.not. all(regular(triangles(:, e)))) then
             n = n + 1
             list(n) = int(e, i4)
@@ -72,15 +82,40 @@ contains
          end if
       end do
       call element_positions(pattern, triangles(:, list(:n)), eq, self%position)
+
+   contains
+
+      subroutine scatter_membranes()
+         integer(i4) :: found
+         integer :: i
+         allocate (self%membrane(size(membranes)), source=0_i4)
+         found = 0
+         do i = 1, size(membranes)
+            if (.not. membranes(i)) cycle
+            found = found + 1_i4
+            self%membrane(i) = found
+         end do
+         call element_positions(pattern, triangles(:, pack([(i, i=1, size(membranes))], membranes)), eq(:3, :), self%displacements)
+      end subroutine scatter_membranes
    end subroutine new_scatter
 
    !> values <- values + k of element e. A symmetric pattern reads k as symmetric.
    pure subroutine add_element_matrix(self, e, k, values)
       type(scatter_t), intent(in) :: self
       integer, intent(in) :: e
-      real(wp), intent(in) :: k(18, 18)
+      real(wp), intent(in), contiguous :: k(:, :) !< (18, 18); of an element that has displacements only, (9, 9) will do
       real(wp), intent(inout) :: values(:)
-      if (self%irregular(e) > 0) then
+      integer, parameter :: displacements(9) = [1, 2, 3, 7, 8, 9, 13, 14, 15]
+      integer(i4) :: membrane
+      membrane = 0
+      if (allocated(self%membrane)) membrane = self%membrane(e)
+      if (membrane > 0) then
+         if (size(k, 1) == 9) then
+            call add_entries(self%symmetric, self%displacements(:, membrane), k, values)
+         else
+            call add_entries(self%symmetric, self%displacements(:, membrane), k(displacements, displacements), values)
+         end if
+      else if (self%irregular(e) > 0) then
          call add_entries(self%symmetric, self%position(:, self%irregular(e)), k, values)
       else if (self%symmetric) then
          call add_lower_runs(self%column_pointer, self%equation(:, e), self%offset(:, e), k, values)
@@ -92,12 +127,12 @@ contains
    pure subroutine add_entries(symmetric, position, k, values)
       logical, intent(in) :: symmetric
       integer(i4), intent(in) :: position(:)
-      real(wp), intent(in) :: k(18, 18)
+      real(wp), intent(in) :: k(:, :)
       real(wp), intent(inout) :: values(:)
       integer :: a, b, l
       l = 0
-      do b = 1, 18
-         do a = merge(b, 1, symmetric), 18
+      do b = 1, size(k, 1)
+         do a = merge(b, 1, symmetric), size(k, 1)
             l = l + 1
             if (position(l) > 0) values(position(l)) = values(position(l)) + k(a, b)
          end do

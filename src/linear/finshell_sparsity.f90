@@ -9,10 +9,6 @@ module finshell_sparsity
    implicit none
    private
    public :: sparsity_t, new_sparsity, element_positions
-   public :: packed_entries, full_entries
-
-   !> Entries of an 18 x 18 element matrix: the lower triangle by columns (symmetric), or all of it by columns.
-   integer, parameter :: packed_entries = 171, full_entries = 324
 
    !> Compressed columns, numbered from 1. The diagonal is always part of the pattern.
    type :: sparsity_t
@@ -120,23 +116,25 @@ contains
 
    !> Where each entry of each element matrix goes.
    !>
-   !> positions(k, e) is the place in the values of local entry k (see packed_entries: lower triangle by columns for a
-   !> symmetric pattern; all entries by columns otherwise), or 0 when its row or column is constrained.
-   !> Local degrees of freedom are ordered u1 t1 u2 t2 u3 t3.
+   !> positions(k, e) is the place in the values of local entry k (lower triangle by columns for a symmetric pattern, all entries
+   !> by columns otherwise), or 0 when its row or column is constrained. Local degrees of freedom are ordered node by node.
    subroutine element_positions(pattern, triangles, eq, positions)
       type(sparsity_t), intent(in) :: pattern
       integer, intent(in) :: triangles(:, :) !< (3, elements)
-      integer, intent(in) :: eq(:, :) !< (6, nodes)
-      integer(i4), allocatable, intent(out) :: positions(:, :) !< (171 or 324, elements)
+      integer, intent(in) :: eq(:, :) !< (freedoms of a node, nodes): those that the elements have
+      !> (entries of an element matrix, its lower triangle by columns if the pattern is symmetric; elements) 0: constrained
+      integer(i4), allocatable, intent(out) :: positions(:, :)
       type(incidence_t) :: at_node
       integer(i4), allocatable :: place(:)
-      integer :: node, i, c, r, k, p, e, a, b
+      integer :: node, i, c, r, k, p, e, a, b, m, n
 
-      allocate (positions(merge(packed_entries, full_entries, pattern%symmetric), size(triangles, 2)), source=0_i4)
+      m = size(eq, 1)
+      n = 3*m
+      allocate (positions(merge(n*(n + 1)/2, n*n, pattern%symmetric), size(triangles, 2)), source=0_i4)
       allocate (place(pattern%n), source=0_i4)
       call node_incidence(triangles, size(eq, 2), at_node)
       do node = 1, size(eq, 2)
-         do i = 1, 6
+         do i = 1, m
             c = eq(i, node)
             if (c == 0) cycle
             do p = pattern%column_pointer(c), pattern%column_pointer(c + 1) - 1
@@ -144,15 +142,15 @@ contains
             end do
             do k = at_node%first(node), at_node%first(node + 1) - 1
                e = (at_node%corner(k) - 1)/3 + 1
-               b = 6*mod(at_node%corner(k) - 1, 3) + i
-               do a = 1, 18
-                  r = eq(mod(a - 1, 6) + 1, triangles((a - 1)/6 + 1, e))
+               b = m*mod(at_node%corner(k) - 1, 3) + i
+               do a = 1, n
+                  r = eq(mod(a - 1, m) + 1, triangles((a - 1)/m + 1, e))
                   if (r == 0) cycle
                   if (pattern%symmetric) then
                      if (r < c) cycle
-                     positions(packed_index(max(a, b), min(a, b)), e) = place(r)
+                     positions(packed_index(n, max(a, b), min(a, b)), e) = place(r)
                   else
-                     positions(18*(b - 1) + a, e) = place(r)
+                     positions(n*(b - 1) + a, e) = place(r)
                   end if
                end do
             end do
@@ -160,10 +158,10 @@ contains
       end do
    end subroutine element_positions
 
-   !> Position of (a, b), a >= b, in the lower triangle stored by columns.
-   pure integer function packed_index(a, b)
-      integer, intent(in) :: a, b
-      packed_index = (b - 1)*18 - (b*(b - 1))/2 + a
+   !> Position of (a, b), a >= b, in the lower triangle of n rows stored by columns.
+   pure integer function packed_index(n, a, b)
+      integer, intent(in) :: n, a, b
+      packed_index = (b - 1)*n - (b*(b - 1))/2 + a
    end function packed_index
 
    !> y = A x, and optionally the same with absolute values throughout (the scale of its rounding errors).

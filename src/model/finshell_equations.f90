@@ -36,11 +36,12 @@ module finshell_equations
 contains
 
    !> Number the unknowns of a mesh under its supports. Errors: unknown set, bad axes, contradictory supports.
-   subroutine new_equations(self, mesh, supports, error)
+   subroutine new_equations(self, mesh, supports, error, turns)
       type(equations_t), intent(out) :: self
       type(mesh_t), intent(in) :: mesh
       type(support_t), intent(in) :: supports(:)
       type(error_t), allocatable, intent(out) :: error
+      logical, intent(in), optional :: turns(:) !< (nodes) whether a node has rotations: those of membranes alone have none
       real(wp) :: axes(3, 3)
       logical :: held(6), global
       integer :: nodes, i, k, frames
@@ -48,8 +49,15 @@ contains
       nodes = size(mesh%coordinates, 2)
       call merge_supports(self, mesh, supports, error)
       if (allocated(error)) return
+      if (present(turns)) call forget_rotations(self, turns, error)
+      if (allocated(error)) return
 
       allocate (self%number(6, nodes), source=1)
+      if (present(turns)) then
+         do i = 1, nodes
+            if (.not. turns(i)) self%number(4:6, i) = 0
+         end do
+      end if
       allocate (self%frame(nodes), source=0)
       allocate (self%frames(3, 3, size(self%supported)))
       frames = 0
@@ -80,6 +88,23 @@ contains
       call find_motion(self)
       call find_held_sides(mesh, self%supported, self%support_of, self%held)
    end subroutine new_equations
+
+   !> Nodes of membranes alone have no rotations that a support could hold; one that prescribes a rotation there is an error.
+   subroutine forget_rotations(self, turns, error)
+      type(equations_t), intent(inout) :: self
+      logical, intent(in) :: turns(:)
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+      do i = 1, size(self%supported)
+         if (turns(self%supported(i)%node)) cycle
+         if (any(abs(self%supported(i)%rotation_value) > 0)) then
+            call raise(error, status_input_error, 'support: a rotation is prescribed at node '//text_of(self%supported(i)%node) &
+               //', which has none: all its elements are membranes')
+            return
+         end if
+         self%supported(i)%rotations = 0
+      end do
+   end subroutine forget_rotations
 
    !> Collect the constraints of all supports, node by node.
    subroutine merge_supports(self, mesh, supports, error)

@@ -7,7 +7,7 @@ module finshell_structure
    use finshell_load, only: load_t
    implicit none
    private
-   public :: structure_t, curved_elements
+   public :: structure_t, curved_elements, membranes, turning_nodes
 
    type :: structure_t
       type(mesh_t) :: mesh
@@ -32,7 +32,26 @@ contains
       logical :: curved(size(elements))
       curved = .false.
       if (allocated(structure%normal)) &
-         curved = structure%sections(structure%element_section(elements))%formulation == formulation_s
+         curved = structure%sections(structure%element_section(elements))%formulation == formulation_s &
+                  .and. .not. structure%sections(structure%element_section(elements))%membrane
       list = pack(elements, curved)
    end function curved_elements
+
+   !> (elements) Those that have displacements only.
+   pure function membranes(structure) result(membrane)
+      type(structure_t), intent(in) :: structure
+      logical :: membrane(size(structure%element_section))
+      membrane = structure%sections(structure%element_section)%membrane
+   end function membranes
+
+   !> (nodes) Those that have rotations: of an element that has.
+   pure function turning_nodes(structure) result(turns)
+      type(structure_t), intent(in) :: structure
+      logical :: turns(size(structure%mesh%coordinates, 2))
+      integer :: e
+      turns = .false.
+      do e = 1, size(structure%mesh%triangles, 2)
+         if (.not. structure%sections(structure%element_section(e))%membrane) turns(structure%mesh%triangles(:, e)) = .true.
+      end do
+   end function turning_nodes
 end module finshell_structure

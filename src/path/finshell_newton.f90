@@ -69,6 +69,7 @@ contains
       guess = .true.
       rounded = .false.
       problem%regularisation = 0
+      if (problem%limp .and. .not. any(abs(problem%base%displacement) > 0)) problem%regularisation = 1
       call problem%evaluate(.true., error)
       if (allocated(error)) then
          call give_up(result, error%code, 'the predicted state cannot be evaluated: '//error%message)

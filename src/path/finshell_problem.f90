@@ -31,6 +31,8 @@ module finshell_problem
       real(wp) :: slenderness = huge(1.0_wp) !< least thickness over `size`
       !> The matrix has lost its stiffness in the reference state by the nature of the law: a stand-in can be added to it.
       logical :: soft = .false.
+      !> There are parts without stiffness in the reference state where rounding may hide it: membranes.
+      logical :: limp = .false.
       real(wp) :: regularisation = 0 !< part of the stand-in that `evaluate` adds to the matrix, not to the residual
       real(wp), allocatable :: weight(:) !< (n) a lumped mass of density 1, for a descent (finshell_descent)
       real(wp) :: damping = 0 !< times `weight`: what `factorise` adds to the diagonal of the matrix

@@ -52,6 +52,7 @@ module finshell_section
       real(wp) :: beta0 = 0 !< weight of the higher-order drilling strain; 0: by the element's own size (finshell_reference)
       logical :: isotropic = .true. !< no layer depends on a material direction
       logical :: switched = .false. !< a layer has switches (finshell_material)
+      logical :: membrane = .false. !< no stiffness in bending, no rotations: three freedoms a node (finshell_membrane)
       logical :: wrinkling = .false. !< membranes: the sheet wrinkles instead of bearing compression (finshell_tension_field)
       real(wp) :: slack = default_slack !< part of the natural stiffness that is left to compression then (finshell_slack)
       !> A third of the trace of the small-strain membrane stiffness (force per length); stand-ins for laws that have none.
@@ -80,7 +81,7 @@ contains
 
    !> A one-layer section, the nodes on its midsurface.
    subroutine new_section(section, law, thickness, error, formulation, beta0, thickness_points, density, offset, arc, &
-                          wrinkling, slack)
+                          wrinkling, slack, membrane)
       type(section_t), intent(out) :: section
       class(material_t), intent(in) :: law
       real(wp), intent(in) :: thickness !< > 0
@@ -91,6 +92,7 @@ contains
       real(wp), intent(in), optional :: density !< mass per reference volume, for the mass matrix only; default 0
       real(wp), intent(in), optional :: offset !< height of the midsurface above the surface of the nodes; default 0
       logical, intent(in), optional :: arc !< (S): curvature by the tangents of the arc instead of its chord; default .true.
+      logical, intent(in), optional :: membrane !< no stiffness in bending, no rotations; default .false.
       logical, intent(in), optional :: wrinkling !< membranes: compression makes wrinkles; default .false.
       real(wp), intent(in), optional :: slack !< with wrinkling: part of the stiffness that is left to compression; default 1e-6
       type(ply_t) :: ply(1)
@@ -99,7 +101,7 @@ contains
       ply(1)%thickness = thickness
       if (present(thickness_points)) ply(1)%points = thickness_points
       if (present(density)) ply(1)%density = density
-      call new_layered_section(section, ply, error, formulation, beta0, offset, arc, wrinkling, slack)
+      call new_layered_section(section, ply, error, formulation, beta0, offset, arc, wrinkling, slack, membrane)
    end subroutine new_section
 
    !> A section of several layers, bottom to top.
@@ -107,13 +109,13 @@ contains
    !> Errors (status_invalid_argument): no layer or a layer without law, a thickness that is not positive, a number of points
    !> outside 1 to 12, an angle, density, offset or option that makes no sense. The thickness stretch is that of the layer at
    !> the surface of the nodes, or of the one nearest to it.
-   subroutine new_layered_section(section, plies, error, formulation, beta0, offset, arc, wrinkling, slack)
+   subroutine new_layered_section(section, plies, error, formulation, beta0, offset, arc, wrinkling, slack, membrane)
       type(section_t), intent(out) :: section
       type(ply_t), intent(in) :: plies(:) !< bottom to top
       type(error_t), allocatable, intent(out) :: error
       integer, intent(in), optional :: formulation
       real(wp), intent(in), optional :: beta0, offset, slack
-      logical, intent(in), optional :: arc, wrinkling
+      logical, intent(in), optional :: arc, wrinkling, membrane
       real(wp), parameter :: degree = acos(-1.0_wp)/180
       real(wp) :: bottom, middle, natural(6)
       integer :: i
@@ -124,6 +126,7 @@ contains
       if (present(arc)) section%arc = arc
       if (present(wrinkling)) section%wrinkling = wrinkling
       if (present(slack)) section%slack = slack
+      if (present(membrane)) section%membrane = membrane
       if (size(plies) == 0) call raise(error, status_invalid_argument, 'a section needs at least one layer')
       do i = 1, size(plies)
          if (complaint(plies(i)) == '') cycle

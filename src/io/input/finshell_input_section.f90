@@ -82,14 +82,19 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       type(error_t), allocatable :: refusal
       type(ply_t), allocatable :: plies(:)
-      character(len=:), allocatable :: sets(:), formulation
+      character(len=:), allocatable :: sets(:), formulation, kind
       real(wp), allocatable :: beta0
-      real(wp) :: offset
-      logical :: arc
+      real(wp) :: offset, slack
+      logical :: arc, wrinkling
       integer :: i, e
 
       if (allocated(error)) return
       call read_layers(group, materials, plies, error)
+      call get(group, 'type', kind, error, default='shell', choices='shell, membrane')
+      if (allocated(error)) return
+      call refuse_keys(group, kind, error)
+      call get(group, 'wrinkling', wrinkling, error, default=.false.)
+      call get(group, 'slack', slack, error, default=1.0e-6_wp, minimum=0.0_wp, maximum=1.0_wp)
       call get(group, 'offset', offset, error, default=0.0_wp)
       call get(group, 'formulation', formulation, error, default='S', choices='S, P')
       call get(group, 'arc', arc, error, default=.true.)
@@ -101,7 +106,7 @@ contains
       if (allocated(error)) return
       if (size(sets) == 0) sets = ['all']
       call new_layered_section(structure%sections(number), plies, refusal, &
-         merge(formulation_s, formulation_p, formulation == 'S'), beta0, offset, arc)
+         merge(formulation_s, formulation_p, formulation == 'S'), beta0, offset, arc, wrinkling, slack, kind == 'membrane')
       if (allocated(refusal)) then
          call place_error(group, '', refusal)
          call move_alloc(refusal, error)
@@ -124,6 +129,25 @@ contains
       call read_direction(group, folder, number, structure, error)
       call check_all_used(group, error)
    end subroutine read_section
+
+   !> Keys that mean nothing to the kind of section.
+   subroutine refuse_keys(group, kind, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: kind
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=*), parameter :: of_shells(5) = [character(len=16) :: 'offset', 'formulation', 'arc', 'beta0', &
+                                                     'thickness_points']
+      character(len=*), parameter :: of_membranes(2) = [character(len=16) :: 'wrinkling', 'slack']
+      integer :: i
+      do i = 1, size(of_shells)
+         if (kind == 'membrane' .and. has(group, trim(of_shells(i))) .and. .not. allocated(error)) &
+            call complain_about(group, trim(of_shells(i)), "a section of type 'membrane' has none: it does not bend", error)
+      end do
+      do i = 1, size(of_membranes)
+         if (kind == 'shell' .and. has(group, trim(of_membranes(i))) .and. .not. allocated(error)) &
+            call complain_about(group, trim(of_membranes(i)), "only a section of type 'membrane' has it", error)
+      end do
+   end subroutine refuse_keys
 
    !> The layers of a section, bottom to top: material, thickness, angle and thickness_points have one value for all layers or one
    !> for each; there are as many layers as the longest of these lists has values.
