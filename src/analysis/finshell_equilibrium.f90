@@ -14,7 +14,7 @@ module finshell_equilibrium
    use finshell_batch, only: n_resultants
    use finshell_mesh, only: mesh_size, mean_side
    use finshell_normals, only: add_turns
-   use finshell_structure, only: structure_t, membranes, turning_nodes
+   use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, linear_change_t, new_state, move_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
    use finshell_external, only: external_t, new_external
@@ -103,7 +103,8 @@ contains
       call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
       if (allocated(error)) return
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
-         error, self%equations%frame, self%equations%frames, self%equations%held, membranes(structure))
+         error, self%equations%frame, self%equations%frames, self%equations%held, &
+         is_membrane(structure, [(i, i=1, size(structure%mesh%triangles, 2))]))
       if (allocated(error)) return
       call self%half%take(pattern)
       call self%solver%analyse(pattern, error)

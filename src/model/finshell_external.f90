@@ -10,7 +10,7 @@ module finshell_external
    use finshell_mesh, only: mesh_t, find_node_set, find_element_set, find_edge_set, &
       node_set_names, element_set_names, edge_set_names
    use finshell_mesh_sorting, only: sorted_order, position_in_sorted
-   use finshell_structure, only: structure_t, curved_elements
+   use finshell_structure, only: structure_t, curved_elements, is_membrane
    use finshell_equations, only: equations_t
    use finshell_batch, only: side_free
    use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure, &
@@ -98,6 +98,7 @@ contains
          end associate
          if (allocated(error)) return
       end do
+      if (any(structure%sections%membrane)) self%sides = pack(self%sides, .not. is_membrane(structure, self%sides%element))
       self%bulges = size(self%sides) > 0
       do i = 1, size(self%pressures)
          self%bulges = self%bulges .or. size(self%pressures(i)%curved) > 0

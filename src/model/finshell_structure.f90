@@ -7,7 +7,7 @@ module finshell_structure
    use finshell_load, only: load_t
    implicit none
    private
-   public :: structure_t, curved_elements, membranes, turning_nodes
+   public :: structure_t, curved_elements, is_membrane, turning_nodes
 
    type :: structure_t
       type(mesh_t) :: mesh
@@ -33,16 +33,17 @@ contains
       curved = .false.
       if (allocated(structure%normal)) &
          curved = structure%sections(structure%element_section(elements))%formulation == formulation_s &
-                  .and. .not. structure%sections(structure%element_section(elements))%membrane
+                  .and. .not. is_membrane(structure, elements)
       list = pack(elements, curved)
    end function curved_elements
 
-   !> (elements) Those that have displacements only.
-   pure function membranes(structure) result(membrane)
+   !> Has an element displacements only?
+   elemental function is_membrane(structure, element) result(membrane)
       type(structure_t), intent(in) :: structure
-      logical :: membrane(size(structure%element_section))
-      membrane = structure%sections(structure%element_section)%membrane
-   end function membranes
+      integer, intent(in) :: element
+      logical :: membrane
+      membrane = structure%sections(structure%element_section(element))%membrane
+   end function is_membrane
 
    !> (nodes) Those that have rotations: of an element that has.
    pure function turning_nodes(structure) result(turns)
@@ -51,7 +52,7 @@ contains
       integer :: e
       turns = .false.
       do e = 1, size(structure%mesh%triangles, 2)
-         if (.not. structure%sections(structure%element_section(e))%membrane) turns(structure%mesh%triangles(:, e)) = .true.
+         if (.not. is_membrane(structure, e)) turns(structure%mesh%triangles(:, e)) = .true.
       end do
    end function turning_nodes
 end module finshell_structure
