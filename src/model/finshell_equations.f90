@@ -49,7 +49,7 @@ contains
       nodes = size(mesh%coordinates, 2)
       call merge_supports(self, mesh, supports, error)
       if (allocated(error)) return
-      if (present(turns)) call forget_rotations(self, turns, error)
+      if (present(turns)) call refuse_rotations(self, turns, error)
       if (allocated(error)) return
 
       allocate (self%number(6, nodes), source=1)
@@ -89,9 +89,10 @@ contains
       call find_held_sides(mesh, self%supported, self%support_of, self%held)
    end subroutine new_equations
 
-   !> Nodes of membranes alone have no rotations that a support could hold; one that prescribes a rotation there is an error.
-   subroutine forget_rotations(self, turns, error)
-      type(equations_t), intent(inout) :: self
+   !> Nodes of membranes alone have no rotations: a support that prescribes one there is an error. One that holds it is not, as planes
+   !> of symmetry do; of rigid-body motions it says the same as for a shell.
+   subroutine refuse_rotations(self, turns, error)
+      type(equations_t), intent(in) :: self
       logical, intent(in) :: turns(:)
       type(error_t), allocatable, intent(inout) :: error
       integer :: i
@@ -102,9 +103,8 @@ contains
                //', which has none: all its elements are membranes')
             return
          end if
-         self%supported(i)%rotations = 0
       end do
-   end subroutine forget_rotations
+   end subroutine refuse_rotations
 
    !> Collect the constraints of all supports, node by node.
    subroutine merge_supports(self, mesh, supports, error)

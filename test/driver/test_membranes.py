@@ -1,0 +1,166 @@
+#!/usr/bin/env python3
+"""Sections of type 'membrane', with and without wrinkles: exact membranes, an airbag from rest, strips that bear no compression,
+membranes and shells that share nodes, and what they refuse."""
+import csv
+import math
+import os
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+PROGRAM = os.environ["FINSHELL_BIN"]
+SOURCE = Path(os.environ["FINSHELL_SOURCE_DIR"])
+QUARTER = """&support node_set = 'edge_x0' type = 'symmetry_x' /
+&support node_set = 'edge_y0' type = 'symmetry_y' /
+&output every = 0 /
+"""
+
+
+def table(name):
+    lines = [line for line in (SOURCE / "test/data" / name).read_text().splitlines() if not line.startswith("#")]
+    return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(lines)]
+
+
+class Membranes(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def solve(self, text, code=0):
+        (self.folder / "in.nml").write_text(text)
+        run = subprocess.run([PROGRAM, "run", "-q", "in.nml"], cwd=self.folder, capture_output=True, text=True, check=False, timeout=120)
+        self.assertEqual(run.returncode, code, run.stdout + run.stderr)
+        if code:
+            return run.stderr
+        name = next(self.folder.glob("*.history.csv"))
+        return [{k: float(v) for k, v in r.items()} for r in csv.DictReader(name.read_text().splitlines())]
+
+    def at(self, rows, column, value):
+        return min(rows, key=lambda r: abs(r[column] - value))
+
+    def test_rubber_disk(self):
+        """From flat, by default settings, against exact membrane theory (pounds, inches); the sheet is taut, so nothing wrinkles."""
+        exact = {2: 2.952698561, 6: 25.53051583, 15: 45.69368084, 30: 64.17827614}
+        for keys in ("", "wrinkling = .true."):
+            rows = self.solve(f"""&mesh generator = 'disk' portion = 'quarter' radius = 7.5 rings = 19 core = 6 /
+&material name = 'm' law = 'mooney_rivlin' c10 = 80 c01 = 20 /
+&section type = 'membrane' thickness = 0.5 {keys} /
+&support node_set = 'rim' type = 'hinged' /
+&load type = 'pressure' pressure = 1 /
+&step control = 'displacement' node_set = 'centre' component = 'z' displacements = 2, 6, 15, 30 /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'centre' /
+""" + QUARTER)
+            for w, p in exact.items():
+                self.assertAlmostEqual(self.at(rows, "w", w)["load_factor"] / p, 1, delta=0.006, msg=f"{keys} {w}")
+            self.assertEqual(max(r["negative_pivots"] for r in rows), 0)
+
+    def test_svk_disk(self):
+        rows = table("membrane_stvk_disk_pressure.csv")
+        wanted = [min(rows, key=lambda r, w=w: abs(r["w0_over_a"] - w)) for w in (0.04, 0.12, 0.2)]
+        found = self.solve(f"""&mesh generator = 'disk' portion = 'quarter' radius = 1 rings = 16 /
+&material name = 'm' law = 'st_venant_kirchhoff' e = 1 nu = 0.3 /
+&section type = 'membrane' thickness = 1 /
+&support node_set = 'rim' type = 'hinged' /
+&load type = 'pressure' pressure = 1 /
+&step control = 'displacement' node_set = 'centre' component = 'z' displacements = {', '.join(repr(r['w0_over_a']) for r in wanted)} /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'centre' /
+""" + QUARTER)
+        for r in wanted:
+            self.assertAlmostEqual(self.at(found, "w", r["w0_over_a"])["load_factor"] / r["pa_over_Eh"], 1, delta=0.012)
+
+    def test_airbag(self):
+        text = (SOURCE / "examples/airbag/input.nml").read_text()
+        for divisions, w in (("10, 10", 0.2163), ("20, 20", 0.2166)):
+            rows = self.solve(text.replace("20, 20 /", divisions + " /") + "&output every = 0 /\n")
+            self.assertAlmostEqual(rows[-1]["w"], w, delta=2e-4)
+            self.assertEqual(rows[-1]["load_factor"], 1)
+
+    def test_closed_tube(self):
+        """Hoop and axial stretch of an Ogden tube with closed ends: the pressure on its ends pulls at the edge, by the volume that it moves."""
+        for want in (r for r in table("tube_closed_ends_ogden.csv") if round(r["l2"], 2) in (1.21, 1.51, 1.91)):
+            mu = (1.491 * 1.3 + 0.003 * 5 + 0.0237 * 2) / 2
+            p, l2, l1 = want["pR_over_mu_h"] * mu * 0.01, want["l2"], want["l1"]
+            rows = self.solve(f"""&mesh generator = 'cylinder' radius = 1 length = 0.5 angles = 0, 90 divisions = 16, 2 /
+&material name = 'm' law = 'ogden' mu1 = 1.491 alpha1 = 1.3 mu2 = 0.003 alpha2 = 5 mu3 = -0.0237 alpha3 = -2 /
+&section type = 'membrane' thickness = 0.01 /
+&support node_set = 'edge_a0' type = 'symmetry_x' /
+&support node_set = 'edge_a1' type = 'symmetry_z' /
+&support node_set = 'edge_y0' type = 'symmetry_y' /
+&support node_set = 'edge_y1' uy = {0.5 * (l1 - 1)} /
+&load type = 'pressure' pressure = 1 /
+&step control = 'displacement' node_set = 'edge_a0' component = 'z' displacements = {l2 - 1} /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'edge_a0' /
+&monitor name = 'pull' quantity = 'reaction' component = 'y' node_set = 'edge_y1' /
+&output every = 0 /
+""")
+            self.assertAlmostEqual(rows[-1]["load_factor"] / p, 1, delta=0.005)
+            self.assertAlmostEqual(rows[-1]["pull"] / (rows[-1]["load_factor"] * math.pi / 4 * l2**2), 1, delta=0.03)
+
+    def test_no_compression(self):
+        """A strip is pulled and narrowed: beyond its natural width it wrinkles, and the tension is that of a strip whose edges are free."""
+        strip = """&mesh generator = 'rectangle' lengths = 2, 1 divisions = 4, 2 /
+&material name = 'm' law = 'neo_hookean' mu = 1 /
+&section type = 'membrane' thickness = 0.1 KEYS /
+&support node_set = 'all' fixed = 'uz' /
+&support node_set = 'edge_x0' fixed = 'ux' /
+&support node_set = 'edge_y0' fixed = 'uy' /
+&support node_set = 'edge_x1' ux = 1 /
+&support node_set = 'edge_y1' uy = NARROW /
+&step /
+&monitor name = 'f' quantity = 'reaction' component = 'x' node_set = 'edge_x1' /
+&monitor name = 'across' quantity = 'reaction' component = 'y' node_set = 'edge_y1' /
+&output every = 0 /
+"""
+        uniaxial = 0.1 * (1.5 - 1.5**-2)
+        rows = self.solve(strip.replace("KEYS", "wrinkling = .true.").replace("NARROW", "-0.5"))
+        self.assertAlmostEqual(rows[-1]["f"] / uniaxial, 1, places=5)
+        self.assertLess(abs(rows[-1]["across"]), 1e-5 * uniaxial)
+        rows = self.solve(strip.replace("KEYS", "").replace("NARROW", "-0.5"))
+        self.assertGreater(abs(rows[-1]["across"]), 0.1 * uniaxial)
+        # wider than its natural width it is taut, and both are the same
+        taut = [self.solve(strip.replace("KEYS", k).replace("NARROW", "-0.1"))[-1] for k in ("", "wrinkling = .true.")]
+        self.assertAlmostEqual(taut[0]["f"], taut[1]["f"], places=9)
+
+    def test_shells_and_membranes_share_nodes(self):
+        """A plate whose outer half is a membrane: under tension and pressure; and a membrane hung from a frame of shells."""
+        plate = """&mesh generator = 'rectangle' lengths = 2, 1 divisions = 8, 4 /
+&material name = 'm' law = 'neo_hookean' mu = 100 /
+&element_set name = 'left' x = 0, 1 /
+&element_set name = 'right' x = 1, 2 /
+&section element_set = 'left' thickness = 0.05 /
+&section element_set = 'right' type = 'membrane' thickness = 0.05 /
+&support node_set = 'edge_x0' type = 'clamped' /
+&support node_set = 'edge_x1' type = 'hinged' /
+&support node_set = 'edge_y0', 'edge_y1' type = 'hinged' /
+&load type = 'pressure' pressure = 1 /
+&step /
+&monitor name = 'r' quantity = 'reaction' component = 'z' node_set = 'all' /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'centre' /
+&output every = 0 /
+"""
+        rows = self.solve(plate)
+        self.assertEqual(rows[-1]["load_factor"], 1)
+        self.assertGreater(rows[-1]["w"], 0.01)
+        self.assertEqual(rows[-1]["negative_pivots"], 0)
+
+    def test_refused(self):
+        model = """&mesh generator = 'rectangle' lengths = 1, 1 divisions = 2, 2 /
+&material name = 'm' law = 'neo_hookean' mu = 1 /
+&section KEYS thickness = 0.1 /
+&support node_set = 'edge_x0' type = 'hinged' VALUE /
+&load type = 'pressure' pressure = 1e-3 /
+&step /
+"""
+        for keys, word in (("type = 'membrane' offset = 0.1", "offset"), ("type = 'membrane' thickness_points = 3", "thickness_points"),
+                           ("wrinkling = .true.", "wrinkling"), ("type = 'film'", "shell, membrane")):
+            message = self.solve(model.replace("KEYS", keys).replace("VALUE", ""), 2)
+            self.assertIn(word, message)
+            self.assertIn("in.nml:3", message)
+        message = self.solve(model.replace("KEYS", "type = 'membrane'").replace("type = 'hinged' VALUE", "ry = 0.1"), 2)
+        self.assertIn("all its elements are membranes", message)
+
+
+if __name__ == "__main__":
+    unittest.main()
