@@ -82,13 +82,13 @@ class Membranes(unittest.TestCase):
         for want in (r for r in table("tube_closed_ends_ogden.csv") if round(r["l2"], 2) in (1.21, 1.51, 1.91)):
             mu = (1.491 * 1.3 + 0.003 * 5 + 0.0237 * 2) / 2
             p, l2, l1 = want["pR_over_mu_h"] * mu * 0.01, want["l2"], want["l1"]
-            rows = self.solve(f"""&mesh generator = 'cylinder' radius = 1 length = 0.5 angles = 0, 90 divisions = 16, 2 /
+            rows = self.solve(f"""&mesh generator = 'cylinder' radius = 1 length = 0.5 angles = 0, 90 divisions = 12, 2 /
 &material name = 'm' law = 'ogden' mu1 = 1.491 alpha1 = 1.3 mu2 = 0.003 alpha2 = 5 mu3 = -0.0237 alpha3 = -2 /
 &section type = 'membrane' thickness = 0.01 /
 &support node_set = 'edge_a0' type = 'symmetry_x' /
 &support node_set = 'edge_a1' type = 'symmetry_z' /
 &support node_set = 'edge_y0' type = 'symmetry_y' /
-&support node_set = 'edge_y1' uy = {0.5 * (l1 - 1)} /
+&support node_set = 'edge_y1' uy = {0.5 * (l1 - 1)} constant = .true. /
 &load type = 'pressure' pressure = 1 /
 &step control = 'displacement' node_set = 'edge_a0' component = 'z' displacements = {l2 - 1} /
 &monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'edge_a0' /
