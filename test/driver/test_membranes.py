@@ -79,7 +79,7 @@ class Membranes(unittest.TestCase):
 
     def test_closed_tube(self):
         """Hoop and axial stretch of an Ogden tube with closed ends: the pressure on its ends pulls at the edge, by the volume that it moves."""
-        for want in (r for r in table("tube_closed_ends_ogden.csv") if round(r["l2"], 2) in (1.21, 1.51, 1.91)):
+        for want in (r for r in table("tube_closed_ends_ogden.csv") if round(r["l2"], 2) in (1.21, 1.41)):
             mu = (1.491 * 1.3 + 0.003 * 5 + 0.0237 * 2) / 2
             p, l2, l1 = want["pR_over_mu_h"] * mu * 0.01, want["l2"], want["l1"]
             rows = self.solve(f"""&mesh generator = 'cylinder' radius = 1 length = 0.5 angles = 0, 90 divisions = 12, 2 /
@@ -88,14 +88,14 @@ class Membranes(unittest.TestCase):
 &support node_set = 'edge_a0' type = 'symmetry_x' /
 &support node_set = 'edge_a1' type = 'symmetry_z' /
 &support node_set = 'edge_y0' type = 'symmetry_y' /
-&support node_set = 'edge_y1' uy = {0.5 * (l1 - 1)} constant = .true. /
+&support node_set = 'edge_y1' uy = {0.5 * (l1 - 1) / p} /
 &load type = 'pressure' pressure = 1 /
-&step control = 'displacement' node_set = 'edge_a0' component = 'z' displacements = {l2 - 1} /
+&step load_factor = {p} /
 &monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'edge_a0' /
 &monitor name = 'pull' quantity = 'reaction' component = 'y' node_set = 'edge_y1' /
 &output every = 0 /
 """)
-            self.assertAlmostEqual(rows[-1]["load_factor"] / p, 1, delta=0.005)
+            self.assertAlmostEqual((1 + rows[-1]["w"]) / l2, 1, delta=0.01)
             self.assertAlmostEqual(rows[-1]["pull"] / (rows[-1]["load_factor"] * math.pi / 4 * l2**2), 1, delta=0.03)
 
     def test_no_compression(self):
