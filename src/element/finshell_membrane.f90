@@ -156,6 +156,7 @@ contains
       integer(i4), intent(out) :: status(lanes)
       type(membrane_switches_t) :: switches
       real(wp) :: h1(lanes, 3), h2(lanes, 3), normal(lanes, 3), jacobian(lanes)
+      integer(i4) :: refused(lanes)
       integer :: i
 
       status = status_ok
@@ -181,11 +182,13 @@ contains
       jacobian = sqrt(normal(:, 1)**2 + normal(:, 2)**2 + normal(:, 3)**2)
       where (status == status_ok .and. (.not. jacobian > smallest_jacobian*max(2 + 2*strain(:, 1) + 2*strain(:, 2), 1.0_wp) &
                                         .or. jacobian > huge(1.0_wp)*epsilon(1.0_wp))) status = status_collapsed_element
+      refused = status_ok
       if (section%switched .and. level >= level_tangent) then
-         call integrate_membrane(section, level, strain, axes, field%force, status, switches)
+         call integrate_membrane(section, level, strain, axes, field%force, refused, switches)
       else
-         call integrate_membrane(section, level, strain, axes, field%force, status)
+         call integrate_membrane(section, level, strain, axes, field%force, refused)
       end if
+      where (status == status_ok) status = refused
       field%state = state_taut
       field%axes(:, 1) = 1
       field%axes(:, 2) = 0

@@ -51,16 +51,16 @@ contains
       !> status_material_limit where the law ends, status_not_converged where wrinkles have not been found for another reason.
       integer(i4), intent(inout) :: status(lanes)
       type(wrinkle_t) :: wrinkle
-      real(wp) :: e(lanes, 3), mean, radius, largest
+      real(wp) :: e(lanes, 3), mean, radius
       integer(i4) :: refused(lanes)
-      logical, dimension(lanes) :: wrinkled, evaluated
+      logical, dimension(lanes) :: wrinkled, evaluated, at_rest
       integer :: l
 
       e = strain
       do l = 1, lanes
-         largest = max(abs(e(l, 1)), abs(e(l, 2)), abs(e(l, 3)))
          field%state(l) = state_taut
-         if (largest <= switches%floor(l)) cycle
+         at_rest(l) = max(abs(e(l, 1)), abs(e(l, 2)), abs(e(l, 3))) <= switches%floor(l)
+         if (at_rest(l)) cycle
          if (0.5_wp*(e(l, 1) + e(l, 2)) + hypot(0.5_wp*(e(l, 1) - e(l, 2)), 0.5_wp*e(l, 3)) <= 0) then
             field%state(l) = state_slack
             e(l, :) = 0
@@ -77,8 +77,7 @@ contains
             field%force%a(l, :) = 0
             cycle
          end if
-         largest = max(abs(e(l, 1)), abs(e(l, 2)), abs(e(l, 3)))
-         if (largest <= switches%floor(l)) cycle
+         if (at_rest(l)) cycle
          mean = 0.5_wp*(field%force%n(l, 1) + field%force%n(l, 2))
          radius = hypot(0.5_wp*(field%force%n(l, 1) - field%force%n(l, 2)), field%force%n(l, 3))
          if (.not. (evaluated(l) .and. mean - radius >= -rounding*(mean + radius))) field%state(l) = state_wrinkled
@@ -105,6 +104,9 @@ contains
       end if
       field%tension = field%force%n
       call rotate_strain(lanes, field%axes, strain, e)
+      do l = 1, lanes
+         if (at_rest(l)) e(l, :) = 0
+      end do
       call add_slack(section%slack*section%natural_stiffness, level, e, field%force, field%slack_energy)
    end subroutine relax
 
