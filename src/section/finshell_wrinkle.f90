@@ -46,9 +46,8 @@ contains
       type(membrane_force_t), intent(in) :: flat !< at the strain, with the tangent unless the section is isotropic
       logical, intent(in) :: evaluated(lanes) !< false: the law refuses this strain, so there is no `flat`
       type(wrinkle_t), intent(out) :: wrinkle
-      type(wrinkle_t) :: best
-      real(wp) :: angle, guess
-      integer :: j, l
+      real(wp) :: ridge(lanes, 2), guess
+      integer :: l
       logical :: missing(lanes)
 
       wrinkle%found = .false.
@@ -56,9 +55,9 @@ contains
       call principal_axes(strain, 0.5_wp, wrinkle%ridge)
       if (.not. section%isotropic) then
          ! where the law refused, the axes of strain must do
-         call principal_axes(flat%n, 1.0_wp, best%ridge)
+         call principal_axes(flat%n, 1.0_wp, ridge)
          do l = 1, lanes
-            if (evaluated(l)) wrinkle%ridge(l, :) = best%ridge(l, :)
+            if (evaluated(l)) wrinkle%ridge(l, :) = ridge(l, :)
          end do
       end if
       call natural_amplitude(strain, wrinkle%ridge, wrinkle%amplitude)
@@ -71,33 +70,61 @@ contains
       end if
       call search(section, strain, axes, wanted, .not. section%isotropic, wrinkle)
       missing = wanted .and. .not. wrinkle%found
-      if (section%isotropic .or. .not. any(missing)) return
+      if (.not. section%isotropic .and. any(missing)) call look_around(section, strain, axes, missing, wrinkle)
+   end subroutine find_wrinkles
 
-      ! rare: look around, and begin again where the energy is least
-      best = wrinkle
-      best%force%energy = huge(1.0_wp)
-      do j = 1, angles
-         angle = (j - 0.5_wp)*(acos(-1.0_wp)/angles)
-         wrinkle%ridge(:, 1) = merge(cos(angle), wrinkle%ridge(:, 1), missing)
-         wrinkle%ridge(:, 2) = merge(sin(angle), wrinkle%ridge(:, 2), missing)
-         call natural_amplitude(strain, wrinkle%ridge, best%strain(:, 1))
-         wrinkle%amplitude = merge(best%strain(:, 1), wrinkle%amplitude, missing)
+   !> The rare case, fibres so stiff that Newton's iteration zigzags where they begin to bear: the least energy of fixed directions,
+   !> then bisection by the slope of the energy over the direction, which ends in any case.
+   pure subroutine look_around(section, strain, axes, missing, wrinkle)
+      type(section_t), intent(in) :: section
+      real(wp), intent(in) :: strain(lanes, 3), axes(lanes, 2)
+      logical, intent(inout) :: missing(lanes)
+      type(wrinkle_t), intent(inout) :: wrinkle
+      real(wp), parameter :: pi = acos(-1.0_wp), spacing = pi/angles
+      real(wp), dimension(lanes) :: amplitude, angle, best, energy, from, to
+      integer :: j, l
+      logical :: after
+
+      energy = huge(1.0_wp)
+      best = 0
+      from = 0
+      to = 0
+      do j = 1, angles + digits(1.0_wp)
+         angle = merge((j - 0.5_wp)*spacing, 0.5_wp*(from + to), j <= angles)
+         do l = 1, lanes
+            if (missing(l)) wrinkle%ridge(l, :) = [cos(angle(l)), sin(angle(l))]
+         end do
+         call natural_amplitude(strain, wrinkle%ridge, amplitude)
+         wrinkle%amplitude = merge(amplitude, wrinkle%amplitude, missing)
          call search(section, strain, axes, missing, .false., wrinkle)
          do l = 1, lanes
             if (.not. missing(l)) cycle
-            if (.not. wrinkle%force%energy(l) < best%force%energy(l)) cycle
-            best%force%energy(l) = wrinkle%force%energy(l)
-            best%ridge(l, :) = wrinkle%ridge(l, :)
-            best%amplitude(l) = wrinkle%amplitude(l)
+            ! the energy falls with the angle where S_nt > 0; a direction that makes no wrinkles lies outside
+            after = merge(wrinkle%force%n(l, 3) > 0, angle(l) < best(l), wrinkle%found(l))
+            if (wrinkle%force%energy(l) < energy(l)) then
+               energy(l) = wrinkle%force%energy(l)
+               best(l) = angle(l)
+            end if
+            if (j > angles) then
+               if (after) then
+                  from(l) = angle(l)
+               else
+                  to(l) = angle(l)
+               end if
+            end if
          end do
+         if (j == angles) then
+            from = best - spacing
+            to = best + spacing
+            missing = missing .and. energy < huge(1.0_wp)
+            if (.not. any(missing)) return
+         end if
       end do
       do l = 1, lanes
-         if (.not. missing(l)) cycle
-         wrinkle%ridge(l, :) = best%ridge(l, :)
-         wrinkle%amplitude(l) = best%amplitude(l)
+         if (missing(l)) wrinkle%found(l) = wrinkle%found(l) .and. abs(wrinkle%force%n(l, 3)) &
+            <= last_step*wrinkle%force%n(l, 1) + rounding*maxval(abs(wrinkle%force%a(l, 1:3)))*sum(abs(strain(l, :)))
       end do
-      call search(section, strain, axes, missing .and. best%force%energy < huge(1.0_wp), .true., wrinkle)
-   end subroutine find_wrinkles
+   end subroutine look_around
 
    !> Newton's iteration from ridge and amplitude as they come in; lanes that are not active stay as they are.
    pure subroutine search(section, strain, axes, active, turning, wrinkle)
@@ -215,12 +242,6 @@ contains
             fall(l) = 2*amplitude(l)*r%n(l, 3)*turn(l) - r%n(l, 2)*change(l)
             call advance(wrinkle, l, turn(l), change(l), ridge, amplitude)
          end do
-      end do
-      ! a law without natural stiffness: stresses that are nothing beside those of other strains of this size
-      do l = 1, lanes
-         if (phase(l) == finished .or. .not. turning) cycle
-         wrinkle%found(l) = wrinkle%force%n(l, 1) >= 0 .and. wrinkle%force%a(l, 2) > 0 .and. &
-                            abs(wrinkle%force%n(l, 2)) + abs(wrinkle%force%n(l, 3)) <= last_step*section%natural_stiffness*whole(l)
       end do
    end subroutine search
 
