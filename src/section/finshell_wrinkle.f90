@@ -136,7 +136,7 @@ contains
       type(membrane_force_t) :: r
       real(wp) :: ridge(lanes, 2), amplitude(lanes), e(lanes, 3), local(lanes, 2), beyond(lanes, 6), d(6)
       real(wp), dimension(lanes) :: turn, change, fraction, fall, whole
-      real(wp) :: rise, size_of_strain, size_of_step, tolerance, across, shear, h
+      real(wp) :: rise, size_of_strain, size_of_step, tolerance, noise, across, shear, h
       integer(i4) :: status(lanes)
       integer :: iteration, l, phase(lanes)
       logical :: started(lanes), bounded, converged
@@ -220,20 +220,27 @@ contains
             end if
             size_of_strain = abs(e(l, 1)) + abs(e(l, 2)) + abs(e(l, 3)) + epsilon(1.0_wp)*whole(l)
             size_of_step = abs(change(l)) + 2*amplitude(l)*abs(turn(l))
+            noise = rounding*max(section%natural_stiffness, maxval(abs(d(1:3))))*whole(l)
             ! a step that is not Newton's says nothing
-            converged = .not. bounded .and. size_of_step <= last_step*size_of_strain
-            wrinkle%found(l) = converged .and. sound(r%n(l, :), r%a(l, :), h)
+            converged = .not. bounded .and. size_of_step <= last_step*size_of_strain + rounding*whole(l)
+            wrinkle%found(l) = converged .and. sound(r%n(l, :), r%a(l, :), h, noise)
             ! the last step may have come upon fibres, and then it is not the last
             tolerance = rounding*size_of_strain
             if (phase(l) == last) tolerance = rounding*(16*size_of_strain + 8*whole(l))
             ! no stress is better than the rounding of the strain makes it
             if (iteration > patience .and. abs(r%n(l, 2)) + merge(abs(r%n(l, 3)), 0.0_wp, turning) &
-                <= rounding*section%natural_stiffness*whole(l)) then
-               wrinkle%found(l) = sound(r%n(l, :), r%a(l, :), h)
+                <= noise) then
+               wrinkle%found(l) = sound(r%n(l, :), r%a(l, :), h, noise)
                phase(l) = finished
                cycle
             end if
             if (.not. bounded .and. size_of_step <= tolerance) then
+               wrinkle%found(l) = sound(r%n(l, :), r%a(l, :), h, noise)
+               phase(l) = finished
+               cycle
+            end if
+            ! nothing to iron in this direction
+            if (.not. turning .and. amplitude(l) < epsilon(1.0_wp)*whole(l)) then
                phase(l) = finished
                cycle
             end if
@@ -260,10 +267,11 @@ contains
    end subroutine advance
 
    !> Whether it is a minimum, with tension along the ridges: then no other ironing has less energy.
-   pure function sound(n, a, h)
+   pure function sound(n, a, h, noise)
       real(wp), intent(in) :: n(3), a(6), h
+      real(wp), intent(in) :: noise !< stress that is none
       logical :: sound
-      sound = n(1) >= 0 .and. a(2) > 0 .and. .not. h < 0
+      sound = n(1) >= -noise .and. a(2) > 0 .and. h >= -noise
    end function sound
 
    !> Amplitude that gives an incompressible isotropic sheet its natural width, and others one to start from.
