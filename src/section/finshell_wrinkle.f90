@@ -82,6 +82,7 @@ contains
       type(wrinkle_t), intent(inout) :: wrinkle
       real(wp), parameter :: pi = acos(-1.0_wp), spacing = pi/angles
       real(wp), dimension(lanes) :: amplitude, angle, best, energy, from, to
+      real(wp) :: noise
       integer :: j, l
       logical :: after
 
@@ -100,7 +101,9 @@ contains
          do l = 1, lanes
             if (.not. missing(l)) cycle
             ! the energy falls with the angle where S_nt > 0; a direction that makes no wrinkles lies outside
-            after = merge(wrinkle%force%n(l, 3) > 0, angle(l) < best(l), wrinkle%found(l))
+            after = angle(l) < best(l)
+            if (wrinkle%amplitude(l) > epsilon(1.0_wp)*sum(abs(strain(l, :))) .and. wrinkle%force%energy(l) < huge(1.0_wp)) &
+               after = wrinkle%force%n(l, 3) > 0
             if (wrinkle%force%energy(l) < energy(l)) then
                energy(l) = wrinkle%force%energy(l)
                best(l) = angle(l)
@@ -121,8 +124,11 @@ contains
          end if
       end do
       do l = 1, lanes
-         if (missing(l)) wrinkle%found(l) = wrinkle%found(l) .and. abs(wrinkle%force%n(l, 3)) &
-            <= last_step*wrinkle%force%n(l, 1) + rounding*maxval(abs(wrinkle%force%a(l, 1:3)))*sum(abs(strain(l, :)))
+         if (.not. missing(l)) cycle
+         associate (n => wrinkle%force%n(l, :), a => wrinkle%force%a(l, :))
+            noise = rounding*max(section%natural_stiffness, maxval(abs(a(1:3))))*sum(abs(strain(l, :)))
+            wrinkle%found(l) = max(abs(n(2)), abs(n(3))) <= last_step*abs(n(1)) + noise .and. n(1) >= -noise .and. a(2) > 0
+         end associate
       end do
    end subroutine look_around
 
