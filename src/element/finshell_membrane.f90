@@ -2,16 +2,16 @@
 !>
 !> With f_i the derivatives of the position along in-plane axes, E_ij = (f_i . f_j - delta_ij)/2, made of derivatives of the
 !> displacement so that small strains keep their digits. Energy area times that of the section, force and tangent exact:
-!> P_i = N_ij f_j, dP_i/df_j = N_ij I + D_ikjl f_k (x) f_l. Any in-plane axes do; for a wrinkled sheet those of its ridges are taken.
+!> P_i = N_ij f_j, dP_i/df_j = N_ij I + D_ikjl f_k (x) f_l. Any in-plane axes do; a wrinkled sheet's are those of its ridges.
 module finshell_membrane
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_evaluation, only: level_force, level_tangent
+   use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_material_direction, only: material_direction
    use finshell_membrane_section, only: integrate_membrane, membrane_force_t, membrane_switches_t
    use finshell_section, only: section_t, cauchy_stress, midsurface_thickness
    use finshell_status, only: status_collapsed_element, status_ok
    use finshell_strain_floor, only: rounding_of_solution, strain_floor
-   use finshell_tension_field, only: relax, state_slack, state_taut, state_wrinkled, tension_field_t
+   use finshell_tension_field, only: relax, state_taut, state_wrinkled, tension_field_t
    use finshell_triangle, only: new_triangle, triangle_t
    use finshell_voigt, only: rotate_strain, rotate_stress
    implicit none
@@ -85,7 +85,7 @@ contains
       integer(i4), intent(out) :: status(lanes) !< of all but the stresses
       type(triangle_t) :: triangle
       type(tension_field_t) :: field
-      real(wp), dimension(lanes, 3) :: f1, f2, strain, unused
+      real(wp), dimension(lanes, 3) :: f1, f2, strain, dl, no_curvature
       real(wp) :: axes(lanes, 2), local(lanes, 2), back(lanes, 2), ddl(lanes, 6), length(lanes)
       integer(i4) :: no_stretch(lanes)
       integer :: i
@@ -97,7 +97,7 @@ contains
       local(:, 2) = axes(:, 2)*field%axes(:, 1) - axes(:, 1)*field%axes(:, 2)
       r%state = field%state
       no_stretch = status_ok
-      call midsurface_thickness(section, level_force, field%strain, local, r%stretch, unused, ddl, no_stretch)
+      call midsurface_thickness(section, level_energy, field%strain, local, r%stretch, dl, ddl, no_stretch)
       where (status == status_ok) status = no_stretch
       r%force = field%tension
       back(:, 1) = local(:, 1)
@@ -110,10 +110,10 @@ contains
       end do
       if (.not. with_stress) return
       call turn_ironed(field, strain, back)
-      unused = 0
+      no_curvature = 0
       do i = 1, 3
          r%stress_status(:, i) = status
-         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, field%strain, unused, local, &
+         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, field%strain, no_curvature, local, &
                             r%stress(:, :, i), r%stress_status(:, i))
          call rotate_stress(lanes, back, r%stress(:, :, i))
       end do
@@ -156,6 +156,7 @@ contains
       integer(i4), intent(out) :: status(lanes)
       type(membrane_switches_t) :: switches
       real(wp) :: h1(lanes, 3), h2(lanes, 3), normal(lanes, 3), jacobian(lanes)
+      integer(i4) :: refused(lanes)
       integer :: i
 
       status = status_ok
@@ -181,11 +182,13 @@ contains
       jacobian = sqrt(normal(:, 1)**2 + normal(:, 2)**2 + normal(:, 3)**2)
       where (status == status_ok .and. (.not. jacobian > smallest_jacobian*max(2 + 2*strain(:, 1) + 2*strain(:, 2), 1.0_wp) &
                                         .or. jacobian > huge(1.0_wp)*epsilon(1.0_wp))) status = status_collapsed_element
+      refused = status_ok
       if (section%switched .and. level >= level_tangent) then
-         call integrate_membrane(section, level, strain, axes, field%force, status, switches)
+         call integrate_membrane(section, level, strain, axes, field%force, refused, switches)
       else
-         call integrate_membrane(section, level, strain, axes, field%force, status)
+         call integrate_membrane(section, level, strain, axes, field%force, refused)
       end if
+      where (status == status_ok) status = refused
       field%state = state_taut
       field%axes(:, 1) = 1
       field%axes(:, 2) = 0

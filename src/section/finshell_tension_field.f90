@@ -1,5 +1,5 @@
-!> The relaxed energy of a sheet that has no stiffness in bending: the least energy of E + Q over all Q >= 0 (Pipkin 1986, Steigmann
-!> 1990; C + P with P = 2 Q). Compression does not occur, it is escaped by wrinkles finer than the mesh.
+!> The relaxed energy of a sheet that has no stiffness in bending: the least energy of E + Q over all Q >= 0 (Pipkin 1986,
+!> Steigmann 1990; C + P with P = 2 Q). Compression does not occur, it is escaped by wrinkles finer than the mesh.
 !>
 !> Slack: no principal strain is positive; Q = -E, no stress. Taut: the stress of E itself has no negative principal value; Q = 0.
 !> Wrinkled: Q = a n (x) n (finshell_wrinkle), the stress is a tension along the ridges. All natural states of the laws are C = I.
@@ -24,8 +24,8 @@ module finshell_tension_field
 
    integer, parameter :: state_slack = 0, state_wrinkled = 1, state_taut = 2
 
-   !> Compression below this part of the tension is rounding.
-   real(wp), parameter :: rounding = 64*epsilon(1.0_wp)
+   !> Extension below this part of the contraction, and compression below this part of the tension, are rounding.
+   real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
 
    !> Axes are turned into those of the ridges where the sheet is wrinkled.
    type :: tension_field_t
@@ -51,17 +51,19 @@ contains
       !> status_material_limit where the law ends, status_not_converged where wrinkles have not been found for another reason.
       integer(i4), intent(inout) :: status(lanes)
       type(wrinkle_t) :: wrinkle
-      real(wp) :: e(lanes, 3), mean, radius, largest
+      real(wp) :: e(lanes, 3), mean, radius
       integer(i4) :: refused(lanes)
-      logical, dimension(lanes) :: wrinkled, evaluated
+      logical, dimension(lanes) :: wrinkled, evaluated, at_rest
       integer :: l
 
       e = strain
       do l = 1, lanes
-         largest = max(abs(e(l, 1)), abs(e(l, 2)), abs(e(l, 3)))
          field%state(l) = state_taut
-         if (largest <= switches%floor(l)) cycle
-         if (0.5_wp*(e(l, 1) + e(l, 2)) + hypot(0.5_wp*(e(l, 1) - e(l, 2)), 0.5_wp*e(l, 3)) <= 0) then
+         at_rest(l) = max(abs(e(l, 1)), abs(e(l, 2)), abs(e(l, 3))) <= switches%floor(l)
+         if (at_rest(l)) cycle
+         mean = 0.5_wp*(e(l, 1) + e(l, 2))
+         radius = hypot(0.5_wp*(e(l, 1) - e(l, 2)), 0.5_wp*e(l, 3))
+         if (mean + radius <= rounding*max(radius, -mean)) then
             field%state(l) = state_slack
             e(l, :) = 0
          end if
@@ -77,8 +79,7 @@ contains
             field%force%a(l, :) = 0
             cycle
          end if
-         largest = max(abs(e(l, 1)), abs(e(l, 2)), abs(e(l, 3)))
-         if (largest <= switches%floor(l)) cycle
+         if (at_rest(l)) cycle
          mean = 0.5_wp*(field%force%n(l, 1) + field%force%n(l, 2))
          radius = hypot(0.5_wp*(field%force%n(l, 1) - field%force%n(l, 2)), field%force%n(l, 3))
          if (.not. (evaluated(l) .and. mean - radius >= -rounding*(mean + radius))) field%state(l) = state_wrinkled
@@ -98,13 +99,16 @@ contains
             field%axes(l, :) = wrinkle%ridge(l, :)
             field%strain(l, :) = wrinkle%strain(l, :)
             field%force%energy(l) = wrinkle%force%energy(l)
-            field%force%n(l, :) = [wrinkle%force%n(l, 1), 0.0_wp, 0.0_wp]
-            if (level >= level_tangent) field%force%a(l, :) = condensed(wrinkle%force%a(l, :), wrinkle%force%n(l, 1), &
+            field%force%n(l, :) = [max(wrinkle%force%n(l, 1), 0.0_wp), 0.0_wp, 0.0_wp]
+            if (level >= level_tangent) field%force%a(l, :) = condensed(wrinkle%force%a(l, :), field%force%n(l, 1), &
                                                                         wrinkle%amplitude(l))
          end do
       end if
       field%tension = field%force%n
       call rotate_strain(lanes, field%axes, strain, e)
+      do l = 1, lanes
+         if (at_rest(l)) e(l, :) = 0
+      end do
       call add_slack(section%slack*section%natural_stiffness, level, e, field%force, field%slack_energy)
    end subroutine relax
 

@@ -46,9 +46,8 @@ contains
       type(membrane_force_t), intent(in) :: flat !< at the strain, with the tangent unless the section is isotropic
       logical, intent(in) :: evaluated(lanes) !< false: the law refuses this strain, so there is no `flat`
       type(wrinkle_t), intent(out) :: wrinkle
-      type(wrinkle_t) :: best
-      real(wp) :: angle, guess
-      integer :: j, l
+      real(wp) :: ridge(lanes, 2), guess
+      integer :: l
       logical :: missing(lanes)
 
       wrinkle%found = .false.
@@ -56,9 +55,9 @@ contains
       call principal_axes(strain, 0.5_wp, wrinkle%ridge)
       if (.not. section%isotropic) then
          ! where the law refused, the axes of strain must do
-         call principal_axes(flat%n, 1.0_wp, best%ridge)
+         call principal_axes(flat%n, 1.0_wp, ridge)
          do l = 1, lanes
-            if (evaluated(l)) wrinkle%ridge(l, :) = best%ridge(l, :)
+            if (evaluated(l)) wrinkle%ridge(l, :) = ridge(l, :)
          end do
       end if
       call natural_amplitude(strain, wrinkle%ridge, wrinkle%amplitude)
@@ -71,33 +70,67 @@ contains
       end if
       call search(section, strain, axes, wanted, .not. section%isotropic, wrinkle)
       missing = wanted .and. .not. wrinkle%found
-      if (section%isotropic .or. .not. any(missing)) return
+      if (.not. section%isotropic .and. any(missing)) call look_around(section, strain, axes, missing, wrinkle)
+   end subroutine find_wrinkles
 
-      ! rare: look around, and begin again where the energy is least
-      best = wrinkle
-      best%force%energy = huge(1.0_wp)
-      do j = 1, angles
-         angle = (j - 0.5_wp)*(acos(-1.0_wp)/angles)
-         wrinkle%ridge(:, 1) = merge(cos(angle), wrinkle%ridge(:, 1), missing)
-         wrinkle%ridge(:, 2) = merge(sin(angle), wrinkle%ridge(:, 2), missing)
-         call natural_amplitude(strain, wrinkle%ridge, best%strain(:, 1))
-         wrinkle%amplitude = merge(best%strain(:, 1), wrinkle%amplitude, missing)
+   !> The rare case, fibres so stiff that Newton's iteration zigzags where they begin to bear: the least energy of fixed directions,
+   !> then bisection by the slope of the energy over the direction, which ends in any case.
+   pure subroutine look_around(section, strain, axes, missing, wrinkle)
+      type(section_t), intent(in) :: section
+      real(wp), intent(in) :: strain(lanes, 3), axes(lanes, 2)
+      logical, intent(inout) :: missing(lanes)
+      type(wrinkle_t), intent(inout) :: wrinkle
+      real(wp), parameter :: pi = acos(-1.0_wp), spacing = pi/angles
+      real(wp), dimension(lanes) :: amplitude, angle, best, energy, from, to
+      real(wp) :: noise
+      integer :: j, l
+      logical :: after
+
+      energy = huge(1.0_wp)
+      best = 0
+      from = 0
+      to = 0
+      do j = 1, angles + digits(1.0_wp)
+         angle = merge((j - 0.5_wp)*spacing, 0.5_wp*(from + to), j <= angles)
+         do l = 1, lanes
+            if (missing(l)) wrinkle%ridge(l, :) = [cos(angle(l)), sin(angle(l))]
+         end do
+         call natural_amplitude(strain, wrinkle%ridge, amplitude)
+         wrinkle%amplitude = merge(amplitude, wrinkle%amplitude, missing)
          call search(section, strain, axes, missing, .false., wrinkle)
          do l = 1, lanes
             if (.not. missing(l)) cycle
-            if (.not. wrinkle%force%energy(l) < best%force%energy(l)) cycle
-            best%force%energy(l) = wrinkle%force%energy(l)
-            best%ridge(l, :) = wrinkle%ridge(l, :)
-            best%amplitude(l) = wrinkle%amplitude(l)
+            ! the energy falls with the angle where S_nt > 0; a direction that makes no wrinkles lies outside
+            after = angle(l) < best(l)
+            if (wrinkle%amplitude(l) > epsilon(1.0_wp)*sum(abs(strain(l, :))) .and. wrinkle%force%energy(l) < huge(1.0_wp)) &
+               after = wrinkle%force%n(l, 3) > 0
+            if (wrinkle%force%energy(l) < energy(l)) then
+               energy(l) = wrinkle%force%energy(l)
+               best(l) = angle(l)
+            end if
+            if (j > angles) then
+               if (after) then
+                  from(l) = angle(l)
+               else
+                  to(l) = angle(l)
+               end if
+            end if
          end do
+         if (j == angles) then
+            from = best - spacing
+            to = best + spacing
+            missing = missing .and. energy < huge(1.0_wp)
+            if (.not. any(missing)) return
+         end if
       end do
       do l = 1, lanes
          if (.not. missing(l)) cycle
-         wrinkle%ridge(l, :) = best%ridge(l, :)
-         wrinkle%amplitude(l) = best%amplitude(l)
+         associate (n => wrinkle%force%n(l, :), a => wrinkle%force%a(l, :))
+            noise = rounding*max(section%natural_stiffness, maxval(abs(a(1:3))))*sum(abs(strain(l, :)))
+            wrinkle%found(l) = max(abs(n(2)), abs(n(3))) <= last_step*abs(n(1)) + noise .and. n(1) >= -noise .and. a(2) > 0
+         end associate
       end do
-      call search(section, strain, axes, missing .and. best%force%energy < huge(1.0_wp), .true., wrinkle)
-   end subroutine find_wrinkles
+   end subroutine look_around
 
    !> Newton's iteration from ridge and amplitude as they come in; lanes that are not active stay as they are.
    pure subroutine search(section, strain, axes, active, turning, wrinkle)
@@ -109,7 +142,7 @@ contains
       type(membrane_force_t) :: r
       real(wp) :: ridge(lanes, 2), amplitude(lanes), e(lanes, 3), local(lanes, 2), beyond(lanes, 6), d(6)
       real(wp), dimension(lanes) :: turn, change, fraction, fall, whole
-      real(wp) :: rise, size_of_strain, size_of_step, tolerance, across, shear, h
+      real(wp) :: rise, size_of_strain, size_of_step, tolerance, noise, across, shear, h
       integer(i4) :: status(lanes)
       integer :: iteration, l, phase(lanes)
       logical :: started(lanes), bounded, converged
@@ -193,20 +226,27 @@ contains
             end if
             size_of_strain = abs(e(l, 1)) + abs(e(l, 2)) + abs(e(l, 3)) + epsilon(1.0_wp)*whole(l)
             size_of_step = abs(change(l)) + 2*amplitude(l)*abs(turn(l))
+            noise = rounding*max(section%natural_stiffness, maxval(abs(d(1:3))))*whole(l)
             ! a step that is not Newton's says nothing
-            converged = .not. bounded .and. size_of_step <= last_step*size_of_strain
-            wrinkle%found(l) = converged .and. sound(r%n(l, :), r%a(l, :), h)
+            converged = .not. bounded .and. size_of_step <= last_step*size_of_strain + rounding*whole(l)
+            wrinkle%found(l) = converged .and. sound(r%n(l, :), r%a(l, :), h, noise)
             ! the last step may have come upon fibres, and then it is not the last
             tolerance = rounding*size_of_strain
             if (phase(l) == last) tolerance = rounding*(16*size_of_strain + 8*whole(l))
             ! no stress is better than the rounding of the strain makes it
             if (iteration > patience .and. abs(r%n(l, 2)) + merge(abs(r%n(l, 3)), 0.0_wp, turning) &
-                <= rounding*section%natural_stiffness*whole(l)) then
-               wrinkle%found(l) = sound(r%n(l, :), r%a(l, :), h)
+                <= noise) then
+               wrinkle%found(l) = sound(r%n(l, :), r%a(l, :), h, noise)
                phase(l) = finished
                cycle
             end if
             if (.not. bounded .and. size_of_step <= tolerance) then
+               wrinkle%found(l) = sound(r%n(l, :), r%a(l, :), h, noise)
+               phase(l) = finished
+               cycle
+            end if
+            ! nothing to iron in this direction
+            if (.not. turning .and. amplitude(l) < epsilon(1.0_wp)*whole(l)) then
                phase(l) = finished
                cycle
             end if
@@ -215,12 +255,6 @@ contains
             fall(l) = 2*amplitude(l)*r%n(l, 3)*turn(l) - r%n(l, 2)*change(l)
             call advance(wrinkle, l, turn(l), change(l), ridge, amplitude)
          end do
-      end do
-      ! a law without natural stiffness: stresses that are nothing beside those of other strains of this size
-      do l = 1, lanes
-         if (phase(l) == finished .or. .not. turning) cycle
-         wrinkle%found(l) = wrinkle%force%n(l, 1) >= 0 .and. wrinkle%force%a(l, 2) > 0 .and. &
-                            abs(wrinkle%force%n(l, 2)) + abs(wrinkle%force%n(l, 3)) <= last_step*section%natural_stiffness*whole(l)
       end do
    end subroutine search
 
@@ -239,10 +273,11 @@ contains
    end subroutine advance
 
    !> Whether it is a minimum, with tension along the ridges: then no other ironing has less energy.
-   pure function sound(n, a, h)
+   pure function sound(n, a, h, noise)
       real(wp), intent(in) :: n(3), a(6), h
+      real(wp), intent(in) :: noise !< stress that is none
       logical :: sound
-      sound = n(1) >= 0 .and. a(2) > 0 .and. .not. h < 0
+      sound = n(1) >= -noise .and. a(2) > 0 .and. h >= -noise
    end function sound
 
    !> Amplitude that gives an incompressible isotropic sheet its natural width, and others one to start from.
