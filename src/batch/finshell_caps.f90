@@ -20,7 +20,9 @@ contains
    subroutine evaluate_caps(n, x, u, rotation, convention, normal, status, volume, force, tangent, state)
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
-      real(wp), intent(in) :: normal(3, 3, n) !< of the surface at the nodes of each element (component, node, element)
+      !> Of the surface at the nodes of each element (component, node, element). Not present: facets, whose input is checked all the
+      !> same.
+      real(wp), intent(in), optional :: normal(3, 3, n)
       integer(i4), intent(out) :: status(n)
       real(wp), intent(out), optional :: volume(n), force(18, n), tangent(18, 18, n)
       real(wp), intent(in), optional :: state(4, 3, n)
