@@ -43,8 +43,8 @@ contains
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
       logical, allocatable :: straight(:, :)
       integer(c_int32_t), allocatable :: found(:)
-      real(c_double) :: by_columns(18, 18)
-      integer :: e, memory
+      real(c_double) :: part(3, 3)
+      integer :: e, i, j, memory
 
       code = receive(place, block, x, u, r, state, direction, normal, toward, straight, status)
       if (code /= status_ok) return
@@ -61,10 +61,16 @@ contains
       end if
       call pressure_elements(block%n, x, u, r, block%convention, found, p, form == 1, origin, volume, force, stiffness, state, &
                              normal)
-      if (present(stiffness)) then
+      if (present(stiffness) .and. form == 0) then
+         ! by rows, where it is not symmetric: displacements on forces
          do e = 1, block%n
-            by_columns = stiffness(:, :, e)
-            stiffness(:, :, e) = transpose(by_columns)
+            do j = 0, 2
+               do i = 0, j
+                  part = stiffness(6*i + 1:6*i + 3, 6*j + 1:6*j + 3, e)
+                  stiffness(6*i + 1:6*i + 3, 6*j + 1:6*j + 3, e) = transpose(stiffness(6*j + 1:6*j + 3, 6*i + 1:6*i + 3, e))
+                  stiffness(6*j + 1:6*j + 3, 6*i + 1:6*i + 3, e) = transpose(part)
+               end do
+            end do
          end do
       end if
       if (present(codes)) codes = found

@@ -41,6 +41,7 @@ contains
       level = level_energy
       if (present(force)) level = level_force
       if (present(tangent)) level = level_tangent
+      if (.not. present(normal)) level = level_energy
       call hold(environment)
       do first = 0, n - 1, lanes
          used = min(lanes, n - first)
@@ -50,6 +51,7 @@ contains
          call cap_block(level, block, v, f, k, found)
          where (input /= status_ok) found = input
          status(first + 1:first + used) = found(:used)
+         if (.not. present(normal)) cycle
          do l = 1, used
             if (found(l) == status_ok) cycle
             v(l) = 0

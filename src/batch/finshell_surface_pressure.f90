@@ -31,7 +31,7 @@ contains
       real(wp), intent(out), optional :: stiffness(18, 18, n) !< d force(i) / d unknown(j)
       real(wp), intent(in), optional :: state(4, 3, n), normal(3, 3, n)
       type(environment_t) :: environment
-      real(wp) :: centre(3), position(3, 3, 1), f(9, 1), k(9, 9, 1), total
+      real(wp) :: centre(3), position(3, 3, 1), f(9, 1), k(9, 9, 1), column(18), total
       logical :: gradient
       integer :: e, i, j
 
@@ -54,7 +54,7 @@ contains
             end if
             if (present(stiffness)) then
                call follower_pressure(1, pressure(e:e), position, gradient, centre, f, k)
-               stiffness(:, :, e) = pressure(e)*stiffness(:, :, e)
+               if (present(normal)) stiffness(:, :, e) = pressure(e)*stiffness(:, :, e)
                do j = 0, 2
                   do i = 0, 2
                      associate (part => stiffness(6*i + 1:6*i + 3, 6*j + 1:6*j + 3, e))
@@ -62,7 +62,11 @@ contains
                      end associate
                   end do
                end do
-               total = total + sum(0*stiffness(:, :, e))
+               column = 0
+               do j = 1, 18
+                  column = column + 0*stiffness(:, j, e)
+               end do
+               total = total + sum(column)
             else if (present(force)) then
                call follower_pressure(1, pressure(e:e), position, gradient, centre, f)
             end if
