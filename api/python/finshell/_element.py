@@ -191,8 +191,8 @@ def pressure(pressure: Any, X: Any, u: Any, rotations: Any, convention: Rotation
              raise_errors: bool = True) -> Pressure:
     """Pressure (n,) on n elements, flat or with `normals` curved, in the unknowns of the elements; the volume behind them.
 
-    Motion, normals and sides as in `Section.evaluate`; with formulation (P) leave normals out. symmetric: gradient of p times the volume
-    seen from `origin`, with a symmetric stiffness; else the facets have p A n / 3 at each node.
+    Motion, normals and sides as in `Section.evaluate`; with formulation (P) leave normals out. symmetric: gradient of p times
+    the volume seen from `origin`, with a symmetric stiffness; else the facets have p A n / 3 at each node.
     """
     elements = _Elements(X, u, rotations, convention, 1, state, None, normals, None, straight)
     n = elements.n
