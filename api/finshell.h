@@ -221,6 +221,24 @@ int32_t finshell_elements_recover(const finshell_section *section, const finshel
                                   double *membrane_force, double *moment, double *stress, int32_t *codes,
                                   finshell_status *status);
 
+/* Pressure on the elements of a block, flat or curved, and the volume behind them. With normals it acts on the curved surface: beside
+ * the forces on the facets it has forces and couples, those of the work on the caps between facets and surface. (With formulation
+ * (P), which does not look at normals, leave them out.)
+ *   pressure [n]            per current area, positive along the current normal; NULL where force and stiffness are
+ *   form, origin [3]        of the facets, as in finshell_pressure_load; the caps have one form, which is symmetric
+ *   volume [n]              of the cone from `origin` to the facet, and of the cap on it: the sum over a closed surface, or one whose
+ *                           edges stay in planes through the origin, is the enclosed volume. In form 1 force is pressure times its
+ *                           derivative.
+ *   force [n][18]           external force: adds to the loads. Without normals, the numbers of finshell_pressure_load and no moments
+ *   stiffness [n][18][18]   d force / d (u, rotations), in the unknowns of `convention`, by rows:
+ *                           stiffness[e][i][j] = d force[i] / d unknown[j]; unsymmetric in form 0. The tangent of the structure is the
+ *                           elements' tangent minus this.
+ *   codes [n]
+ * `threads`, `direction` and `toward` do not matter, of `straight` only 2. Over a free edge the side counts as straight.
+ * Errors: all codes but 2. Since 0.1. */
+int32_t finshell_elements_pressure(const finshell_elements *elements, const double *pressure, int32_t form, const double *origin,
+                                   double *volume, double *force, double *stiffness, int32_t *codes, finshell_status *status);
+
 /* Short form of finshell_elements_evaluate, for flat facets: the arguments are the members of the block, what is not among them
  * is NULL. Errors: all codes. Since 0.1. */
 int32_t finshell_evaluate(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,
@@ -243,7 +261,7 @@ int32_t finshell_recover(const finshell_section *section, int32_t n, const doubl
 int32_t finshell_mass_matrix(const finshell_section *section, int32_t n, const double *X, double *consistent, double *lumped,
                       int32_t *codes, finshell_status *status);
 
-/* Follower pressure on the deformed surface of the nodes of n triangles.
+/* Follower pressure on n flat triangles, in displacements only. On curved elements: finshell_elements_pressure.
  *   pressure [n]           per current area, positive along the current normal
  *   X, u [n][3][3]         reference coordinates, displacements
  *   form                   0: follower, p A n / 3 at each node; stiffness unsymmetric on an element.

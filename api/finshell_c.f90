@@ -181,6 +181,21 @@ module finshell_c
          integer(c_int32_t) :: code
       end function finshell_elements_recover
 
+      function finshell_elements_pressure(elements, pressure, form, origin, volume, force, stiffness, codes, status) &
+         result(code) bind(c)
+         import :: c_double, c_int32_t, finshell_elements, finshell_status
+         type(finshell_elements), intent(in) :: elements
+         real(c_double), intent(in), optional :: pressure(*)
+         integer(c_int32_t), value :: form
+         real(c_double), intent(in), optional :: origin(*)
+         real(c_double), intent(out), optional :: volume(*)
+         real(c_double), intent(out), optional :: force(*)
+         real(c_double), intent(out), optional :: stiffness(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_elements_pressure
+
       function finshell_evaluate(section, n, x, u, rotations, convention, state, direction, energy, force, tangent, codes, &
          threads, status) result(code) bind(c)
          import :: c_double, c_int32_t, c_ptr, finshell_status

@@ -26,6 +26,7 @@ module finshell
    use finshell_rotation, only: complement_rotation, exp_rotation, inverse_tangent_operator, log_rotation, tangent_operator
    use finshell_section, only: formulation_p, formulation_s, new_layered_section, new_section, ply_t, section_t
    use finshell_status, only: status_ok, status_text
+   use finshell_surface_pressure, only: pressure_elements
    use finshell_version, only: version
    implicit none
    public

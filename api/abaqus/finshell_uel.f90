@@ -248,7 +248,7 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
                dtime, kstep, kinc, jelem, params, ndload, jdltyp, adlmag, predef, npredf, lflags, mlvarx, ddlmag, mdload, &
                pnewdt, jprops, njprop, period)
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int32_t, c_loc, c_null_char, c_ptr, c_sizeof
-   use finshell_c, only: finshell_elements, finshell_elements_evaluate, finshell_mass_matrix, finshell_pressure_load, &
+   use finshell_c, only: finshell_elements, finshell_elements_evaluate, finshell_elements_pressure, finshell_mass_matrix, &
       finshell_rotation_compose, finshell_rotation_exp, finshell_rotation_tangent, finshell_status
    use finshell_uel, only: complete_normals, convention_of, first_parameter, keep_message, law_count, not_a_number, &
       rotations_compounded, rotations_incremental, section_for
@@ -266,6 +266,7 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
    ! LFLAGS(1): procedures with inertia forces, direct and with sub-increments of temperature.
    integer, parameter :: dynamic_fixed = 11, dynamic_automatic = 12
    integer, parameter :: pressure_load = 1 ! JDLTYP: load type U1
+   integer, parameter :: published = 2 ! PROPS(4): formulation (P), which has no normals
    real(c_double), parameter :: cut = 0.25_c_double ! of the increment, after a recoverable failure
    integer(c_int32_t), parameter :: one = 1, wrong = -1
 
@@ -346,7 +347,7 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
    element%u = c_loc(displacement)
    element%rotations = c_loc(rotation)
    if (any(abs(axis) > 0)) element%direction = c_loc(axis)
-   if (.not. all(abs(normal) <= 0)) then
+   if (.not. all(abs(normal) <= 0) .and. nint(props(4)) /= published) then
       call complete_normals(x, normal)
       element%normals = c_loc(normal)
    end if
@@ -413,25 +414,19 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
 
 contains
 
-   !> Follower pressure: its force and, subtracted from the tangent, its stiffness.
+   !> Follower pressure on the surface that the element has: its force and, subtracted from the tangent, its stiffness.
    subroutine add_pressure(pressure, nodal, with_stiffness)
       real(c_double), intent(in) :: pressure
       real(c_double), intent(out) :: nodal(18)
       logical, intent(in) :: with_stiffness
-      real(c_double) :: f(9), k(9, 9)
-      integer :: p, q
+      real(c_double) :: k(18, 18)
       nodal = 0
-      code = finshell_pressure_load(one, [pressure], x, displacement, 0_c_int32_t, force=f, stiffness=k, status=status)
-      if (code /= 0) return
-      do q = 0, 2
-         nodal(6*q + 1:6*q + 3) = f(3*q + 1:3*q + 3)
-         if (.not. with_stiffness) cycle
-         do p = 0, 2
-            associate (part => amatrx(6*p + 1:6*p + 3, 6*q + 1:6*q + 3))
-               part = part - k(3*p + 1:3*p + 3, 3*q + 1:3*q + 3)
-            end associate
-         end do
-      end do
+      if (with_stiffness) then
+         code = finshell_elements_pressure(element, [pressure], 0_c_int32_t, force=nodal, stiffness=k, status=status)
+         if (code == 0) amatrx = amatrx - transpose(k) ! by rows, as C writes it
+      else
+         code = finshell_elements_pressure(element, [pressure], 0_c_int32_t, force=nodal, status=status)
+      end if
    end subroutine add_pressure
 
    !> The mass matrix refers to spins; with rotation vectors they are T times the rates.

@@ -9,7 +9,7 @@ module finshell_capi_common
    use finshell_status, only: status_invalid_argument, status_ok, status_out_of_memory, status_text
    implicit none
    private
-   public :: c_status_t, accept, refuse, refuse_memory, judge, text_from, store_text
+   public :: c_status_t, accept, check_batch, refuse, refuse_memory, judge, text_from, store_text
 
    integer, parameter :: message_length = 244 !< as in finshell.h
 
@@ -62,6 +62,19 @@ contains
          call fill(status, code, -1, 0, place//': '//message(:i - 1)//trim(digits)//message(i + 1:))
       end if
    end function refuse
+
+   !> n makes sense; sets `status` to done.
+   function check_batch(place, n, status) result(code)
+      character(len=*), intent(in) :: place
+      integer(c_int32_t), intent(in) :: n
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      if (n < 0) then
+         code = refuse(status, place, 'n is #, expected a number of elements >= 0', n)
+      else
+         code = accept(status)
+      end if
+   end function check_batch
 
    function refuse_memory(status, place) result(code)
       type(c_status_t), intent(out), optional :: status

@@ -6,13 +6,14 @@ module finshell_capi_elements
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_loc, c_null_ptr, &
       c_ptr, c_size_t, c_sizeof
    use finshell_batch, only: side_fixed, side_free, side_straight, rotation_increment, rotation_quaternion, rotation_vector
-   use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory
+   use finshell_capi_common, only: accept, c_status_t, judge, refuse, refuse_memory
    use finshell_capi_handle, only: section_of
+   use finshell_environment, only: environment_t, hold, release
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private
-   public :: c_elements_t, no_handle, read_block, receive, complaint, whole_block
+   public :: c_elements_t, read_block, receive, receive_section, conclude, whole_block
 
    !> finshell_elements of the header. What a shorter block does not hold is zero.
    type, bind(c) :: c_elements_t
@@ -33,7 +34,6 @@ module finshell_capi_elements
 
    integer, parameter :: optional_members = 5 !< pointers behind `rotations`, the last that is required
    integer(c_int64_t), parameter :: no_size = 4096 !< whatever is larger was not set
-   character(len=*), parameter :: no_handle = 'section is no handle: it was destroyed, or finshell_section_create did not make it'
 
    interface
       subroutine memcpy(to, from, bytes) bind(c)
@@ -86,15 +86,29 @@ contains
       end if
    end function read_block
 
+   !> The section behind a handle.
+   function receive_section(place, section, s, status) result(code)
+      character(len=*), intent(in) :: place
+      type(c_ptr), intent(in) :: section
+      type(section_t), pointer, intent(out) :: s
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      code = status_ok
+      s => section_of(section)
+      if (.not. c_associated(section)) then
+         code = refuse(status, place, 'section is NULL')
+      else if (.not. associated(s)) then
+         code = refuse(status, place, 'section is no handle: it was destroyed, or finshell_section_create did not make it')
+      end if
+   end function receive_section
+
    !> Check a block and point to what it holds; with n = 0 only the numbers. Sets `status` to done.
    !>
    !> What the block does not hold is not associated, and counts as absent in a call. (Not so, for gfortran 12, the components of a
    !> structure.)
-   function receive(place, section, block, s, x, u, rotations, state, direction, normal, toward, held, status) result(code)
+   function receive(place, block, x, u, rotations, state, direction, normal, toward, held, status) result(code)
       character(len=*), intent(in) :: place
-      type(c_ptr), intent(in) :: section
       type(c_elements_t), intent(in) :: block
-      type(section_t), pointer, intent(out) :: s
       real(c_double), pointer, contiguous, dimension(:, :, :), intent(out) :: x, u, rotations, state, normal
       real(c_double), pointer, contiguous, dimension(:, :), intent(out) :: direction, toward
       integer, allocatable, intent(out) :: held(:, :)
@@ -105,13 +119,8 @@ contains
 
       code = status_ok
       nullify (x, u, rotations, state, direction, normal, toward)
-      s => section_of(section)
       if (block%n < 0) then
          code = refuse(status, place, 'n is #, expected a number of elements >= 0', block%n)
-      else if (.not. c_associated(section)) then
-         code = refuse(status, place, 'section is NULL')
-      else if (.not. associated(s)) then
-         code = refuse(status, place, no_handle)
       else if (block%convention < rotation_vector .or. block%convention > rotation_increment) then
          code = refuse(status, place, 'convention is #, expected 1 (vector), 2 (quaternion) or 3 (increment)', block%convention)
       else if (block%threads < 0) then
@@ -149,6 +158,23 @@ contains
       end if
       held = merge(side_fixed, merge(side_straight, side_free, sides /= 0), sides == side_fixed)
    end function receive
+
+   !> What a call about a block returns.
+   function conclude(place, block, codes, status) result(code)
+      character(len=*), intent(in) :: place
+      type(c_elements_t), intent(in) :: block
+      integer(c_int32_t), intent(in) :: codes(:)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      type(environment_t) :: environment
+      if (all(codes >= status_ok)) then
+         code = judge(status, place, block%n, codes)
+      else
+         call hold(environment)
+         code = judge(status, place, block%n, codes, complaint(block, codes))
+         call release(environment)
+      end if
+   end function conclude
 
    !> Why the first element with a negative code has status_invalid_argument; blank when it has not.
    function complaint(block, codes) result(text)

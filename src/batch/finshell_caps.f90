@@ -20,7 +20,9 @@ contains
    subroutine evaluate_caps(n, x, u, rotation, convention, normal, status, volume, force, tangent, state, held)
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
-      real(wp), intent(in) :: normal(3, 3, n) !< of the surface at the nodes of each element (component, node, element)
+      !> Of the surface at the nodes of each element (component, node, element). Not present: facets, whose input is checked all the
+      !> same.
+      real(wp), intent(in), optional :: normal(3, 3, n)
       integer(i4), intent(out) :: status(n)
       real(wp), intent(out), optional :: volume(n), force(18, n), tangent(18, 18, n)
       real(wp), intent(in), optional :: state(4, 3, n)
@@ -40,6 +42,7 @@ contains
       level = level_energy
       if (present(force)) level = level_force
       if (present(tangent)) level = level_tangent
+      if (.not. present(normal)) level = level_energy
       call hold(environment)
       do first = 0, n - 1, lanes
          used = min(lanes, n - first)
@@ -49,6 +52,7 @@ contains
          call cap_block(level, block, v, f, k, found)
          where (input /= status_ok) found = input
          status(first + 1:first + used) = found(:used)
+         if (.not. present(normal)) cycle
          do l = 1, used
             if (found(l) == status_ok) cycle
             v(l) = 0

@@ -72,8 +72,9 @@ contains
       if (level >= level_force) call lift_block(level, block, ref, filter, vectors, core, force, tangent)
    end subroutine evaluate_block
 
-   !> Volume between facet and curved surface of a block of elements (finshell_cap), gradient and Hessian; zero where normals are
-   !> those of the facet.
+   !> Volume between facet and curved surface of a block of elements (finshell_cap), gradient and Hessian.
+   !>
+   !> Zero without normals and where they are those of the facet. There no motion is out of reach, beside whatever neighbours.
    pure subroutine cap_block(level, block, volume, force, tangent, status)
       integer, intent(in) :: level !< level_energy: the volume, level_force or level_tangent
       type(block_t), intent(in) :: block
@@ -86,21 +87,34 @@ contains
       type(core_t) :: core
       type(vector_rotation_t) :: vectors
       real(wp) :: quaternion(lanes, 4, 3)
+      integer(i4) :: moved(lanes)
+      integer :: l
 
       status = 0
       call new_reference(block%x, ref, status)
       ref%bow = block%bow
-      call new_turned(ref, block%normal, turned, status)
+      turned%any = .false.
+      if (block%has_normals) call new_turned(ref, block%normal, turned, status)
       volume = 0
       if (level >= level_force) force = 0
       if (level >= level_tangent) tangent = 0
       if (.not. turned%any) return
       call nodal_rotations(level, block, vectors, quaternion)
       call turn_nodes(turned, quaternion)
-      call new_filter(ref, block%u, quaternion, filter, status)
+      moved = status
+      call new_filter(ref, block%u, quaternion, filter, moved)
       call cap_volume(level, ref, turned, filter, core)
       volume = core%energy
       if (level >= level_force) call lift_block(level, block, ref, filter, vectors, core, force, tangent)
+      do l = 1, lanes
+         if (any(abs(turned%slope(l, :)) > 0)) then
+            status(l) = moved(l)
+         else
+            volume(l) = 0
+            if (level >= level_force) force(l, :) = 0
+            if (level >= level_tangent) tangent(l, :, :) = 0
+         end if
+      end do
    end subroutine cap_block
 
    !> Force and tangent of nodes from those of the core.

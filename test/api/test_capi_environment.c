@@ -108,6 +108,13 @@ static void all(const finshell_section *s, patch p, const char *what)
       }
       outside();
       for (int i = 0; i < 324 * n; i++) total += 0 * k[i];
+      inside();
+      for (int form = 0; form < 2; form++) {
+         finshell_elements_pressure(&b, form ? energy : p.X, form, p.u, stress, force, k, NULL, &status);
+         undisturbed(what, 70 + convention);
+      }
+      outside();
+      for (int i = 0; i < 324 * n; i++) total += 0 * k[i];
       for (int i = 0; i < n; i++) total += 0 * energy[i] + 0 * pressure[i];
       for (int i = 0; i < 9 * n; i++) total += 0 * stress[i];
       for (int i = 0; i < 3 * n; i++) total += 0 * force[i];

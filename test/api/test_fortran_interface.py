@@ -29,7 +29,7 @@ KINDS = {
     "const finshell_elements *": "type(finshell_elements), intent(in)",
     "finshell_parameter *": "type(finshell_parameter), intent(out), optional"}
 PROGRAM = """program square
-   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr, c_sizeof
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_sizeof
    use finshell_c
    implicit none
    character(kind=c_char, len=4), target :: names(2) = ['c10'//c_null_char, 'c01'//c_null_char]
@@ -37,7 +37,7 @@ PROGRAM = """program square
    type(finshell_status) :: status
    type(finshell_elements) :: elements
    real(c_double), target :: x(3, 3, 2), u(3, 3, 2), t(3, 3, 2), normals(3, 3, 2)
-   real(c_double) :: energy(2), force(18, 2), tangent(18, 18, 2), again(18, 2), moment(3, 2)
+   real(c_double) :: energy(2), force(18, 2), tangent(18, 18, 2), again(18, 2), moment(3, 2), volume(2), facets(2)
    integer(c_int32_t) :: code
 
    if (finshell_abi() /= finshell_abi_number) error stop 'library and module do not fit'
@@ -66,6 +66,12 @@ PROGRAM = """program square
    if (finshell_elements_evaluate(section, elements, force=again) /= finshell_ok) error stop 'curved block refused'
    if (.not. all(abs(force - again) > 0)) error stop 'normals do not count'
    if (finshell_elements_recover(section, elements, moment=moment) /= finshell_ok) error stop 'not recovered'
+   if (finshell_elements_pressure(elements, form=1, volume=volume) /= finshell_ok) error stop 'no volume'
+   if (finshell_elements_pressure(elements, [1.0_c_double, 1.0_c_double], 0, force=again) /= finshell_ok) error stop 'no pressure'
+   elements%normals = c_null_ptr
+   if (finshell_elements_pressure(elements, form=1, volume=facets) /= finshell_ok) error stop 'no volume of facets'
+   if (.not. all(abs(volume - facets) > 0)) error stop 'no caps'
+   if (.not. maxval(abs(again(4:6, :))) > 0) error stop 'no couples'
    elements%size = elements%size + 1
    if (finshell_elements_recover(section, elements, moment=moment) /= finshell_invalid_argument) error stop 'wrong size taken'
    call finshell_section_destroy(section)

@@ -217,6 +217,42 @@ class Elements(unittest.TestCase):
                 np.testing.assert_allclose(k[:, :, j], (difference[0] - difference[1]) / 2e-6, atol=1e-8)
             self.assertEqual(np.allclose(k, k.transpose(0, 2, 1)), symmetric)
 
+    def test_pressure_on_elements(self):
+        u, t = bent()
+        rng = np.random.default_rng(1)
+        u += 0.1 * rng.normal(size=u.shape)
+        origin = [0.1, 0.2, 0.3]
+        tilted = np.array([0, 0, 1.0]) + 0.2 * rng.uniform(-1, 1, u.shape)
+        moves = np.arange(18) % 6 < 3
+        for symmetric in (False, True):
+            f, k = finshell.follower_pressure(2.0, SQUARE, u, symmetric=symmetric, origin=origin)
+            for keywords in ({}, {"normals": np.tile([0, 0, 3.0], (2, 3, 1))}):
+                flat = finshell.pressure(2.0, SQUARE, u, t, symmetric=symmetric, origin=origin, **keywords)
+                np.testing.assert_array_equal(flat.force[:, moves], f)
+                np.testing.assert_array_equal(flat.force[:, ~moves], 0)
+                np.testing.assert_array_equal(flat.stiffness[:, moves][:, :, moves], k)
+            curved = finshell.pressure([2.0, 2.0], SQUARE, u, t, normals=tilted, symmetric=symmetric, origin=origin)
+            self.assertGreater(np.abs(curved.force[:, ~moves]).max(), 1e-3)
+            for j in range(18):
+                d = np.zeros((2, 3, 6))
+                d.reshape(2, 18)[:, j] = 1e-6
+                ahead, behind = (finshell.pressure(2.0, SQUARE, u + s * d[:, :, :3], t + s * d[:, :, 3:], normals=tilted,
+                                                   symmetric=symmetric, origin=origin, stiffness=False) for s in (1, -1))
+                self.assertIsNone(ahead.stiffness)
+                np.testing.assert_allclose(curved.stiffness[:, :, j], (ahead.force - behind.force) / 2e-6, atol=1e-8)
+                if symmetric:
+                    np.testing.assert_allclose(curved.force[:, j], (ahead.volume - behind.volume) / 1e-6, atol=1e-8)
+            volume = finshell.enclosed_volume(SQUARE, u, finshell.rotation_exp(t.reshape(-1, 3)).reshape(2, 3, 4),
+                                              finshell.Rotation.QUATERNION, normals=tilted, origin=origin)
+            self.assertAlmostEqual(volume, curved.volume.sum(), places=14)
+            self.assertNotAlmostEqual(volume, finshell.enclosed_volume(SQUARE, u, t, origin=origin), places=3)
+        with self.assertRaisesRegex(finshell.Error, "normal at node 2 .* is zero"):
+            finshell.pressure(1.0, SQUARE, u, t, normals=tilted * np.array([1, 1, 0])[None, :, None])
+        with self.assertRaises(ValueError):
+            finshell.enclosed_volume(SQUARE, u, t, origin=[1.0, 2.0])
+        failed = finshell.pressure(np.array([1.0, np.nan]), SQUARE, u, t, raise_errors=False)
+        self.assertEqual((list(failed.codes), failed.force[1].any(), failed.force[0].any()), ([0, -3], False, True))
+
     def test_recovery_of_a_pure_stretch(self):
         stretch = 1.3
         u = np.zeros((2, 3, 3))
@@ -359,7 +395,7 @@ class Example(unittest.TestCase):
 
     def test_hemisphere(self):
         import hemisphere
-        for cells, facets, normals in ((4, 0.3, 0.03), (8, 0.06, 0.003)):
+        for cells, facets, normals in ((4, 0.3, 0.05), (8, 0.06, 0.007)):
             self.assertLess(abs(hemisphere.deflection(cells, True) / 0.0935 - 1), normals)
             self.assertGreater(abs(hemisphere.deflection(cells, False) / 0.0935 - 1), facets)
 

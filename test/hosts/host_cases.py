@@ -31,13 +31,24 @@ HEMISPHERE = """
 &output fields = 'rotation' /
 """ + STEP
 
+BALLOON = """
+&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.0 azimuths = 0.0, 90.0 divisions = 4, 4 normals = '{normals}' /
+&material name = 'rubber' law = 'neo_hookean' mu = 1.0e6 /
+&section material = 'rubber' thickness = 0.4 /
+&support node_set = 'edge_a0' type = 'symmetry_y' /
+&support node_set = 'edge_a1' type = 'symmetry_x' /
+&support node_set = 'edge_bottom' type = 'symmetry_z' /
+&load type = 'pressure' pressure = 3.0e4 /
+&output fields = 'rotation' /
+""" + STEP
+
 
 @dataclass
 class Case:
     """Nodes and elements count from 0; degrees of freedom are 1 to 6."""
 
     name: str
-    young: float
+    young: float  # or the shear modulus of the balloon, which is of rubber
     poisson: float
     thickness: float
     points: np.ndarray
@@ -47,6 +58,7 @@ class Case:
     normals: np.ndarray | None = None  # at the nodes of the elements, (elements, 3, 3), of curved ones
     fixed: dict[int, set[int]] = field(default_factory=dict)  # node: degrees of freedom
     loads: list[tuple[int, tuple[float, float, float]]] = field(default_factory=list)
+    pressure: float = 0.0
 
     def hold(self, nodes, dofs):
         for node in nodes:
@@ -58,9 +70,9 @@ class Case:
 
 
 def solve(name, folder, curved=False):
-    """The case, solved by the driver in the given folder; `curved`: the hemisphere with its normals."""
+    """The case, solved by the driver in the given folder; `curved`: hemisphere and balloon with their normals."""
     folder = Path(folder)
-    text = {"cantilever": CANTILEVER, "hemisphere": HEMISPHERE.format(normals="exact" if curved else "facet")}[name]
+    text = {"cantilever": CANTILEVER, "hemisphere": HEMISPHERE, "balloon": BALLOON}[name].format(normals="exact" if curved else "facet")
     (folder / f"{name}.nml").write_text(text)
     run = subprocess.run([os.environ["FINSHELL_BIN"], "run", f"{name}.nml"], cwd=folder, capture_output=True, text=True)
     if run.returncode != 0:
@@ -78,6 +90,12 @@ def solve(name, folder, curved=False):
         case.hold(np.flatnonzero(x < 1e-6), {1, 2, 3, 4, 5, 6})
         end = np.flatnonzero(x > 10.0 - 1e-6)
         case.loads = [(int(node), (0.0, 0.0, 4.0 / len(end))) for node in end]
+    elif name == "balloon":
+        case = Case(name, 1.0e6, 0.0, 0.4, points, triangles, displacement, rotation, points[triangles] if curved else None)
+        case.hold(np.flatnonzero(np.abs(y) < 1e-6), {2, 4, 6})
+        case.hold(np.flatnonzero(np.abs(x) < 1e-6), {1, 5, 6})
+        case.hold(np.flatnonzero(np.abs(z) < 1e-6), {3, 4, 5})
+        case.pressure = 3.0e4
     else:
         case = Case(name, 6.825e7, 0.3, 0.04, points, triangles, displacement, rotation, points[triangles] if curved else None)
         case.hold(np.flatnonzero(np.abs(y) < 1e-6), {2, 4, 6})

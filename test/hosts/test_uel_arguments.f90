@@ -3,8 +3,8 @@ program test_uel_arguments
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: real64
    use finshell, only: evaluate_elements, error_t, follower_pressure, formulation_p, mass_elements, material_names, &
-      material_parameters, material_t, new_material, new_section, quaternion_product, rotation_increment, rotation_quaternion, &
-      rotation_vector, rotation_vector_to_quaternion, section_t, tangent_operator
+      material_parameters, material_t, new_material, new_section, pressure_elements, quaternion_product, rotation_increment, &
+      rotation_quaternion, rotation_vector, rotation_vector_to_quaternion, section_t, tangent_operator
    use finshell_uel, only: last_message, law_count
    implicit none
    integer, parameter :: dp = real64
@@ -34,6 +34,9 @@ program test_uel_arguments
    call flags(rotations=2)
    call flags(rotations=3)
    call pressure()
+   call pressure_with_normals(rotations=1)
+   call pressure_with_normals(rotations=2)
+   call pressure_with_normals(rotations=3)
    call options()
    call coordinates()
    call normals(rotations=1)
@@ -193,6 +196,66 @@ contains
       call expect(all(with%rhs(:, 1) /= with%rhs(:, 1)), 'an unknown load type passes', 1, 2)
    end subroutine pressure
 
+   !> Load type U1 on a curved element: forces, couples and stiffness of the library, in the unknowns of the treatment of rotations;
+   !> without normals where the formulation has none.
+   subroutine pressure_with_normals(rotations)
+      integer, intent(in) :: rotations
+      type(answer_t) :: without, with, moved
+      real(dp), parameter :: p(1) = 4.0e6_dp, step = 1e-5_dp
+      real(dp), allocatable :: props(:)
+      real(dp) :: u(18), du(18), normal(3, 3), identity(4, 3, 1), q(4, 3, 1), f(18, 1), k(18, 18, 1), numerical(18, 18)
+      integer :: status(1), i, j
+      call sample(u)
+      du = merge(0.25_dp, 1.0_dp, rotations == 3)*u
+      normal = sphere_normals()
+      identity = spread(spread([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], 2, 3), 3, 1)
+      do i = 1, 3
+         q(:, i, 1) = rotation_vector_to_quaternion(u(6*i - 2:6*i))
+      end do
+      associate (xs => reshape(x, [3, 3, 1]), us => nodal(u, 1), normals => reshape(normal, [3, 3, 1]))
+         select case (rotations)
+         case (1)
+            call pressure_elements(1, xs, us, nodal(u, 4), rotation_vector, status, p, force=f, stiffness=k, normal=normals)
+         case (2)
+            call pressure_elements(1, xs, us, q, rotation_quaternion, status, p, force=f, stiffness=k, normal=normals)
+         case default
+            call pressure_elements(1, xs, us, nodal(du, 4), rotation_increment, status, p, force=f, stiffness=k, state=identity, &
+                                   normal=normals)
+         end select
+      end associate
+      call expect(status(1) == 0 .and. maxval(abs(f(4:6, 1))) > 1e-3_dp*maxval(abs(f)), 'no couples to compare with', rotations, 0)
+      call call_uel(without, properties(rotations), 1, u, du, mcrd=6, normal=normal)
+      call call_uel(with, properties(rotations), 1, u, du, load=[1.0_dp, p(1), 0.025_dp*p(1)], mcrd=6, normal=normal)
+      call expect(maxval(abs(with%rhs(:, 1) - without%rhs(:, 1) - f(:, 1))) < 1e-12_dp*maxval(abs(without%rhs)), &
+                  'not the pressure with normals', rotations, 1)
+      call expect(maxval(abs(with%rhs(:, 2) - f(:, 1)/40)) < 1e-12_dp*maxval(abs(f)), 'not the increment with normals', rotations, &
+                  1)
+      call expect(maxval(abs(without%amatrx - with%amatrx - k(:, :, 1))) < 1e-12_dp*maxval(abs(without%amatrx)), &
+                  'not the stiffness of the pressure with normals', rotations, 1)
+      if (rotations /= 2) then
+         do j = 1, 18
+            call call_uel(moved, properties(rotations), 5, u + step*unit(j), du + step*unit(j), load=[1.0_dp, p, 0.0_dp], &
+                          mcrd=6, normal=normal)
+            numerical(:, j) = -moved%rhs(:, 1)
+            moved%svars = 0
+            call call_uel(moved, properties(rotations), 5, u - step*unit(j), du - step*unit(j), load=[1.0_dp, p, 0.0_dp], &
+                          mcrd=6, normal=normal)
+            numerical(:, j) = (numerical(:, j) + moved%rhs(:, 1))/(2*step)
+            moved%svars = 0
+         end do
+         call expect(maxval(abs(numerical - with%amatrx)) < 1e-6_dp*maxval(abs(with%amatrx)), &
+                     'AMATRX with pressure and normals is not the derivative', rotations, 1)
+      end if
+      props = properties(rotations)
+      props(4) = 2
+      without%svars = 0
+      call call_uel(without, props, 1, u, du, load=[1.0_dp, p(1), 0.0_dp])
+      with%svars = 0
+      call call_uel(with, props, 1, u, du, load=[1.0_dp, p(1), 0.0_dp], mcrd=6, normal=normal)
+      call expect(all(abs(with%rhs - without%rhs) <= 0), 'normals count in formulation (P)', rotations, 2)
+      call expect(all(abs(with%amatrx - without%amatrx) <= 0), 'normals count in formulation (P)', rotations, 3)
+   end subroutine pressure_with_normals
+
    !> Points, formulation, beta0, offset reach the section; equal properties give the same bits, others another answer.
    subroutine options()
       type(answer_t) :: answer
@@ -251,10 +314,8 @@ contains
       du = merge(0.25_dp, 1.0_dp, rotations == 3)*u
       state = 0
       state(1, :) = 1
-      own = [(x(2, 2) - x(2, 1))*(x(3, 3) - x(3, 1)) - (x(3, 2) - x(3, 1))*(x(2, 3) - x(2, 1)), &
-             (x(3, 2) - x(3, 1))*(x(1, 3) - x(1, 1)) - (x(1, 2) - x(1, 1))*(x(3, 3) - x(3, 1)), &
-             (x(1, 2) - x(1, 1))*(x(2, 3) - x(2, 1)) - (x(2, 2) - x(2, 1))*(x(1, 3) - x(1, 1))]
-      normal = sign(1.0_dp, dot_product(own, x(:, 1)))*x ! of the sphere
+      own = triangle_normal()
+      normal = sphere_normals()
       call call_uel(flat, properties(rotations), 1, u, du)
       do i = 1, 5
          given = normal
@@ -514,6 +575,19 @@ contains
          v(:, i, 1) = u(6*i - 6 + first:6*i - 4 + first)
       end do
    end function nodal
+
+   pure function triangle_normal() result(n)
+      real(dp) :: n(3)
+      n = [(x(2, 2) - x(2, 1))*(x(3, 3) - x(3, 1)) - (x(3, 2) - x(3, 1))*(x(2, 3) - x(2, 1)), &
+           (x(3, 2) - x(3, 1))*(x(1, 3) - x(1, 1)) - (x(1, 2) - x(1, 1))*(x(3, 3) - x(3, 1)), &
+           (x(1, 2) - x(1, 1))*(x(2, 3) - x(2, 1)) - (x(2, 2) - x(2, 1))*(x(1, 3) - x(1, 1))]
+   end function triangle_normal
+
+   !> On the side of the triangle's normal.
+   pure function sphere_normals() result(normal)
+      real(dp) :: normal(3, 3)
+      normal = sign(1.0_dp, dot_product(triangle_normal(), x(:, 1)))*x
+   end function sphere_normals
 
    !> A large rigid turn of about 2.5 with a strain of some per cent.
    subroutine sample(u)

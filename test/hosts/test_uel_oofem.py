@@ -12,7 +12,6 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-SOURCE = Path(os.environ["FINSHELL_SOURCE_DIR"])
 SKIPPED = 77
 TOLERANCE = 1e-6
 
@@ -20,6 +19,7 @@ try:
     import numpy as np
 
     import host_cases
+    import uel_call
 except ImportError as missing:
     print(f"skipped: {missing}")
     sys.exit(SKIPPED)
@@ -30,8 +30,7 @@ if subprocess.run([sys.executable, "-c", "import oofem"], capture_output=True).r
 
 def build(folder):
     """The user element as api/abaqus/Makefile makes it, and the shim."""
-    subprocess.run(["make", "-s", "-C", SOURCE / "api/abaqus", f"BUILD={folder}", f"FC={os.environ['FINSHELL_FC']}",
-                    f"FINSHELL_LIB={os.environ['FINSHELL_LIB']}"], check=True)
+    uel_call.build(folder)
     subprocess.run([os.environ["FINSHELL_CC"], "-shared", "-fPIC", "-O1", "-o", folder / "pad_malloc.so",
                     HERE / "pad_malloc.c"], check=True)
 

@@ -8,14 +8,15 @@
 The package calls the shared library libfinshell (see `finshell.find_library` for where it is looked for) and needs numpy.
 Conventions, units and codes are those of finshell.h; everything raises `Error` when it fails.
 """
-from ._element import Evaluation, Layer, Recovery, Rotation, Section, follower_pressure
+from ._element import (Evaluation, Layer, Pressure, Recovery, Rotation, Section, enclosed_volume, follower_pressure,
+                       pressure)
 from ._library import ABI, Error, Recoverable, find_library, message, version
 from ._material import Parameter, material_names, material_parameters
 from ._rotation import (compose, rotation_exp, rotation_log, rotation_matrix, rotation_tangent, update)
 
 __all__ = [
-    "ABI", "Error", "Evaluation", "Layer", "Parameter", "Recoverable", "Recovery", "Rotation", "Section", "compose",
-    "find_library", "follower_pressure", "material_names", "material_parameters", "message", "rotation_exp", "rotation_log",
-    "rotation_matrix", "rotation_tangent", "update", "version",
+    "ABI", "Error", "Evaluation", "Layer", "Parameter", "Pressure", "Recoverable", "Recovery", "Rotation", "Section",
+    "compose", "enclosed_volume", "find_library", "follower_pressure", "material_names", "material_parameters", "message",
+    "pressure", "rotation_exp", "rotation_log", "rotation_matrix", "rotation_tangent", "update", "version",
 ]
 __version__ = "0.1.0"

@@ -53,6 +53,16 @@ class Recovery:
     codes: Codes  # (n,)
 
 
+@dataclass
+class Pressure:
+    """What `pressure` returns."""
+
+    volume: Doubles  # (n,) between the origin and each element, with the caps of curved ones
+    force: Doubles  # (n, 18) external, u1 t1 u2 t2 u3 t3
+    stiffness: Optional[Doubles]  # (n, 18, 18), its derivative (row: force)
+    codes: Codes  # (n,)
+
+
 class _Elements:
     """The argument block of a call, and the arrays it points to."""
 
@@ -160,7 +170,7 @@ class Section:
 
 def follower_pressure(pressure: Any, X: Any, u: Any, *, symmetric: bool = False, origin: Any = None,
                       stiffness: bool = True) -> Tuple[Doubles, Optional[Doubles]]:
-    """Nodal forces (n, 9) of a follower pressure (n,), and their derivative (n, 9, 9) with respect to u (row: force).
+    """Nodal forces (n, 9) of a follower pressure (n,) on flat facets, and their derivative (n, 9, 9) with respect to u (row: force).
 
     symmetric: gradient of p times the volume seen from `origin`, with a symmetric stiffness.
     """
@@ -170,7 +180,43 @@ def follower_pressure(pressure: Any, X: Any, u: Any, *, symmetric: bool = False,
     force, k = np.empty((n, 9)), np.empty((n, 9, 9)) if stiffness else None
     status = Status()
     library().finshell_pressure_load(n, pointer(p), pointer(X), pointer(u), int(symmetric),
-                                None if origin is None else pointer(array("origin", origin, (3,))), pointer(force), pointer(k),
+                                pointer(_origin(origin)), pointer(force), pointer(k),
                                 None, ctypes.byref(status))
     check(status)
     return force, None if k is None else k.transpose(0, 2, 1)  # the library stores columns
+
+
+def pressure(pressure: Any, X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
+             normals: Any = None, straight: Any = None, symmetric: bool = False, origin: Any = None, stiffness: bool = True,
+             raise_errors: bool = True) -> Pressure:
+    """Pressure (n,) on n elements, flat or with `normals` curved, in the unknowns of the elements; the volume behind them.
+
+    Motion, normals and sides as in `Section.evaluate`; with formulation (P) leave normals out. symmetric: gradient of p times
+    the volume seen from `origin`, with a symmetric stiffness; else the facets have p A n / 3 at each node.
+    """
+    elements = _Elements(X, u, rotations, convention, 1, state, None, normals, None, straight)
+    n = elements.n
+    p = array("pressure", np.broadcast_to(pressure, n), (n,))
+    result = Pressure(np.empty(n), np.empty((n, 18)), np.empty((n, 18, 18)) if stiffness else None, np.zeros(n, np.int32))
+    status = Status()
+    library().finshell_elements_pressure(elements.reference, pointer(p), int(symmetric), pointer(_origin(origin)),
+                                         pointer(result.volume), pointer(result.force), pointer(result.stiffness),
+                                         code_pointer(result.codes), ctypes.byref(status))
+    if raise_errors or status.index < 0:
+        check(status)
+    return result
+
+
+def enclosed_volume(X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
+                    normals: Any = None, straight: Any = None, origin: Any = None) -> float:
+    """The volume between n elements, flat or with `normals` curved, and an origin: the one that a closed surface encloses."""
+    elements = _Elements(X, u, rotations, convention, 1, state, None, normals, None, straight)
+    volume, codes, status = np.empty(elements.n), np.zeros(elements.n, np.int32), Status()
+    library().finshell_elements_pressure(elements.reference, None, 0, pointer(_origin(origin)), pointer(volume), None, None,
+                                         code_pointer(codes), ctypes.byref(status))
+    check(status)
+    return float(volume.sum())
+
+
+def _origin(origin: Any) -> Optional[Doubles]:
+    return None if origin is None else array("origin", origin, (3,))

@@ -116,6 +116,7 @@ _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_section_destroy": (None, [_P]),
     "finshell_elements_evaluate": (_I, [_P, _E, _D, _D, _D, _C, _S]),
     "finshell_elements_recover": (_I, [_P, _E, _D, _D, _D, _D, _C, _S]),
+    "finshell_elements_pressure": (_I, [_E, _D, _I, _D, _D, _D, _D, _C, _S]),
     "finshell_evaluate": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _C, _I, _S]),
     "finshell_recover": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _D, _C, _S]),
     "finshell_mass_matrix": (_I, [_P, _I, _D, _D, _D, _C, _S]),
