@@ -3,8 +3,8 @@
 !>
 !> Slack: no principal strain is positive; Q = -E, no stress. Taut: the stress of E itself has no negative principal value; Q = 0.
 !> Wrinkled: Q = a n (x) n (finshell_wrinkle), the stress is a tension along the ridges. All natural states of the laws are C = I.
-!> By the envelope theorem the stress is that at E + Q; the tangent in axes t, n is the law's, condensed by S n = 0 first for a, then
-!> for the direction: with D' = D - D_n D_n/D_nn and h = S_tt + 2 a D'_gg
+!> By the envelope theorem the stress is that at E + Q; in axes t, n the tangent is the law's, condensed by S n = 0 first for a,
+!> then for the direction: with D' = D - D_n D_n/D_nn and h = S_tt + 2 a D'_gg
 !>
 !>     tt: D'_tt - 2 a D'_tg^2/h,   tg: D'_tg S_tt/h,   gg: D'_gg S_tt/h,   the others 0
 !>
