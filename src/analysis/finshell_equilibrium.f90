@@ -24,7 +24,7 @@ module finshell_equilibrium
    use finshell_symmetric_part, only: symmetric_part_t
    use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_turning, add_motion, motion_of_held
    use finshell_mechanism, only: check_mechanism, name_mode
-   use finshell_problem, only: problem_t
+   use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_levels, only: force_levels
    use finshell_watched_displacement, only: watch_displacement
    use finshell_balance, only: balance_t
@@ -142,21 +142,23 @@ contains
    end subroutine new_equilibrium
 
    !> Forces, and with `tangent` the matrix.
-   subroutine evaluate(self, tangent, error)
+   subroutine evaluate(self, tangent, error, stand_in)
       class(equilibrium_t), intent(inout) :: self
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
-      call self%evaluate_toward(tangent, error)
+      real(wp), intent(in), optional :: stand_in
+      call self%evaluate_toward(tangent, error, stand_in=stand_in)
    end subroutine evaluate
 
    !> The same with the one-sided tangent in a direction of motion, for laws with switches. The one place that calls the elements.
-   subroutine evaluate_toward(self, tangent, error, toward)
+   subroutine evaluate_toward(self, tangent, error, toward, stand_in)
       class(equilibrium_t), intent(inout) :: self
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
+      real(wp), intent(in), optional :: stand_in
       real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
-      real(wp) :: levels(2)
+      real(wp) :: levels(2), part
       integer :: status, bad_element, active
 
       associate (s => self%structure)
@@ -176,13 +178,15 @@ contains
          return
       end if
 
-      if (tangent .and. self%regularisation > 0) then
+      part = 0
+      if (present(stand_in)) part = stand_in
+      if (tangent .and. part > 0) then
          if (.not. allocated(self%ground)) then
             allocate (self%ground(size(self%values)))
             call ground_stiffness(self%assembly, self%structure, self%ground, error)
             if (allocated(error)) return
          end if
-         self%values = self%values + self%regularisation*self%ground
+         self%values = self%values + part*self%ground
       end if
 
       active = merge(2, 1, self%constant_phase)
@@ -242,14 +246,18 @@ contains
    end function balance
 
    !> Factorise the tangent. A singular one is an error that names the node and component where the free motion is largest.
-   subroutine factorise(self, error)
+   subroutine factorise(self, error, damping)
       class(equilibrium_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: damping
       real(wp), allocatable :: damped(:)
-      self%by_half = self%damping > 0 .and. self%half%exists()
-      if (self%damping > 0) then
+      real(wp) :: a
+      a = 0
+      if (present(damping)) a = damping
+      self%by_half = a > 0 .and. self%half%exists()
+      if (a > 0) then
          damped = self%values
-         damped(self%diagonal) = damped(self%diagonal) + self%damping*self%weight
+         damped(self%diagonal) = damped(self%diagonal) + a*self%weight
          if (self%by_half) call self%half%factorise(damped, error)
          if (.not. self%by_half) call self%solver%factorise(damped, error)
       else
@@ -275,11 +283,12 @@ contains
    end subroutine solve
 
    !> Displacements add, spins turn; held components follow the factor.
-   subroutine move(self, x, factor_change)
+   subroutine move(self, x, factor_change, stress)
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: x(:), factor_change
+      integer, intent(in), optional :: stress
       real(wp), allocatable :: nodal(:, :)
-      integer :: i, node, active
+      integer :: i, node, active, way
 
       active = merge(2, 1, self%constant_phase)
       call self%set_factor(self%factor() + factor_change)
@@ -289,9 +298,11 @@ contains
          node = self%equations%moved(i)
          nodal(:, node) = nodal(:, node) + factor_change*self%equations%motion(:, i, active)
       end do
-      if (self%mixed) then
+      way = stress_own
+      if (present(stress)) way = stress
+      if (way /= stress_own) then
          if (.not. allocated(self%stress)) allocate (self%stress(n_resultants, self%assembly%elements))
-         call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, self%extrapolating), self%stress)
+         call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, way == stress_kept), self%stress)
       end if
       call move_state(self%state, nodal)
       do i = 1, size(self%equations%moved)

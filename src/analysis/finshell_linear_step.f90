@@ -60,8 +60,6 @@ contains
       real(wp), allocatable :: b(:), values(:), before(:, :)
       logical :: damped
 
-      problem%mixed = .false.
-      problem%regularisation = 0
       solutions = 0
       damped = .false.
       do

@@ -33,6 +33,7 @@ module finshell_descent
       real(wp) :: inertia = 0 !< x M x
       real(wp) :: stride = 0 !< the larger of the largest rotation and the largest displacement over the size of the structure
       real(wp) :: part = 1 !< of x that is made
+      real(wp) :: damping = 0 !< with which x was found
       logical :: cut = .false. !< the part is less than was intended
       logical :: unstable = .false. !< the matrix was indefinite somewhere on the way
       integer :: climbs = 0 !< times that a had to be raised for the matrix to become positive definite
@@ -73,7 +74,6 @@ contains
       allocate (increment(problem%n))
       a = 0
       falls = fall
-      problem%regularisation = 0
       call problem%evaluate(.true., error)
       if (allocated(error)) then
          call give_up(error%code, error%message)
@@ -84,7 +84,6 @@ contains
          if (.not. abs(result%first_change) > 0) result%first_change = course%change
          if (ok) call follow(problem, course, after, result, ok)
          if (.not. ok) then
-            problem%damping = 0
             return
          end if
          call problem%increment(increment)
@@ -117,7 +116,7 @@ contains
          else if (abs(agreement) > surprise) then
             a = 2*a
          end if
-         if (a < negligible*(curvature - problem%damping)) a = 0
+         if (a < negligible*(curvature - course%damping)) a = 0
       end do
 
    contains
@@ -125,7 +124,6 @@ contains
       subroutine give_up(code, reason)
          integer(i4), intent(in) :: code
          character(len=*), intent(in) :: reason
-         problem%damping = 0
          result%code = code
          result%reason = reason
       end subroutine give_up
@@ -157,9 +155,9 @@ contains
                //text_of(real(result%residual, kind(1.0d0)))//')'
             return
          end if
-         problem%damping = a
+         course%damping = a
          result%iterations = result%iterations + 1
-         call problem%factorise(error)
+         call problem%factorise(error, a)
          if (.not. allocated(error)) call problem%solve(rhs, course%x, error)
          singular = allocated(error)
          if (singular) then

@@ -11,7 +11,7 @@ module finshell_newton
    use finshell_kinds, only: wp, i4
    use finshell_status, only: status_ok, status_not_converged, status_singular_matrix, status_text
    use finshell_error, only: error_t, text_of
-   use finshell_problem, only: problem_t
+   use finshell_problem, only: problem_t, stress_own, stress_predicted
    use finshell_step, only: convergence_t, control_load, control_volume
    use finshell_control, only: constraint_t, factor_change, arc_product
    use finshell_balance, only: tangent_t, tangent_of
@@ -27,6 +27,7 @@ module finshell_newton
       real(wp) :: residual = huge(1.0_wp) !< finshell_convergence
       real(wp) :: correction = huge(1.0_wp)
       logical :: rounding = .false. !< rounding kept one of them above its tolerance
+      real(wp) :: stand_in = 0 !< part of the stand-in stiffness in the matrix now
       integer :: first_pivots = -1 !< negative pivots of the first tangent
       integer :: first_determinant = 0
       real(wp) :: first_change = 0 !< of the load factor, in the first correction
@@ -68,9 +69,8 @@ contains
       before = huge(1.0_wp)
       guess = .true.
       rounded = .false.
-      problem%regularisation = 0
-      if (problem%limp .and. .not. any(abs(problem%base%displacement) > 0)) problem%regularisation = 1
-      call problem%evaluate(.true., error)
+      if (problem%limp .and. .not. any(abs(problem%base%displacement) > 0)) result%stand_in = 1
+      call problem%evaluate(.true., error, result%stand_in)
       if (allocated(error)) then
          call give_up(result, error%code, 'the predicted state cannot be evaluated: '//error%message)
          return
@@ -94,11 +94,11 @@ contains
                result%first = tangent_of(x/change, problem%rate, problem%motion_stiffness, problem%field, change)
             end if
          end if
-         if (problem%regularisation > 0) then
+         if (result%stand_in > 0) then
             complete = .false.
             result%regularised = result%regularised + 1
-            problem%regularisation = fade*problem%regularisation
-            if (problem%regularisation < least_regularisation) problem%regularisation = 0
+            result%stand_in = fade*result%stand_in
+            if (result%stand_in < least_regularisation) result%stand_in = 0
          end if
          angle = problem%largest_rotation(x, change)
          if (result%iterations == 1) result%first_rotation = angle
@@ -141,7 +141,7 @@ contains
          before = result%residual
          if (likely .and. guess) then
             guess = .false.
-            call problem%evaluate(.true., error)
+            call problem%evaluate(.true., error, result%stand_in)
          end if
          if (allocated(error)) then
             call give_up(result, error%code, error%message)
@@ -227,8 +227,8 @@ contains
       x = 0
       change = 0
       complete = .false.
-      problem%regularisation = merge(least_regularisation, 1.0_wp, result%regularised > 0)
-      call problem%evaluate(.true., error)
+      result%stand_in = merge(least_regularisation, 1.0_wp, result%regularised > 0)
+      call problem%evaluate(.true., error, result%stand_in)
       if (allocated(error)) then
          call give_up(result, error%code, error%message)
          return
@@ -316,11 +316,11 @@ contains
       integer :: attempt
 
       do attempt = 0, halvings
-         call problem%move(scale*x, scale*change)
+         call problem%move(scale*x, scale*change, merge(stress_predicted, stress_own, settings%mixed))
          call problem%increment(increment)
          result%correction = correction_ratio(scale*x, increment, problem%field, problem%size, problem%detail)
          likely = complete .and. result%correction <= settings%correction
-         call problem%evaluate(.not. (likely .and. guess), error)
+         call problem%evaluate(.not. (likely .and. guess), error, result%stand_in)
          if (.not. allocated(error)) exit
          if (error%code < 0 .or. attempt == halvings) then
             call give_up(result, error%code, error%message)

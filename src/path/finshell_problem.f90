@@ -11,7 +11,12 @@ module finshell_problem
    use finshell_balance, only: balance_t
    implicit none
    private
-   public :: problem_t
+   public :: problem_t, stress_own, stress_predicted, stress_kept
+
+   !> What `move` does to the stresses that the geometric part of the tangent is made of: nothing, they are the elements' own; they are
+   !> predicted (mixed iteration); they stay as they are, since the motion follows the path of earlier increments, not a solution of the
+   !> linearised equations: predicted along it, they would be those of a wrong membrane strain.
+   integer, parameter :: stress_own = 0, stress_predicted = 1, stress_kept = 2
 
    type, abstract :: problem_t
       integer :: n = 0
@@ -21,21 +26,15 @@ module finshell_problem
       type(state_t) :: state, base, iterate
       logical :: has_constants = .false. !< there are constant loads or supports
       logical :: constant_phase = .false. !< the factor is that of the constant loads and supports
-      !> Mixed iteration: `move` predicts the stresses of the elements, `evaluate` uses them in the geometric part of the tangent.
-      logical :: mixed = .false.
-      !> `move` follows the path of earlier increments, not a solution of the linearised equations: predicted along it, the
-      !> stresses would be those of a wrong membrane strain, so they stay as they are.
-      logical :: extrapolating = .false.
-      real(wp), allocatable :: stress(:, :) !< unallocated where the elements' own count: at the start of an increment
+      !> Left by `move`, for the geometric part of the next tangent; unallocated where the elements' own count.
+      real(wp), allocatable :: stress(:, :)
 
       real(wp) :: slenderness = huge(1.0_wp) !< least thickness over `size`
       !> The matrix has lost its stiffness in the reference state by the nature of the law: a stand-in can be added to it.
       logical :: soft = .false.
       !> There are parts without stiffness in the reference state where rounding may hide it: membranes.
       logical :: limp = .false.
-      real(wp) :: regularisation = 0 !< part of the stand-in that `evaluate` adds to the matrix, not to the residual
       real(wp), allocatable :: weight(:) !< (n) a lumped mass of density 1, for a descent (finshell_descent)
-      real(wp) :: damping = 0 !< times `weight`: what `factorise` adds to the diagonal of the matrix
 
       ! Left by `evaluate`:
       real(wp), allocatable :: residual(:) !< (n) external minus internal force
@@ -75,18 +74,20 @@ module finshell_problem
    abstract interface
       !> Residual, rate and levels at `state`; with `tangent` also the matrix -d residual/d x for `factorise`.
       !> A recoverable error (code > 0) asks for a shorter correction or increment.
-      subroutine evaluate_interface(self, tangent, error)
-         import :: problem_t, error_t
+      subroutine evaluate_interface(self, tangent, error, stand_in)
+         import :: problem_t, error_t, wp
          class(problem_t), intent(inout) :: self
          logical, intent(in) :: tangent
          type(error_t), allocatable, intent(out) :: error
+         real(wp), intent(in), optional :: stand_in !< part of the stand-in stiffness added to the matrix, not to the residual
       end subroutine evaluate_interface
 
       !> Factorise the matrix of the last `evaluate` with tangent.
-      subroutine factorise_interface(self, error)
-         import :: problem_t, error_t
+      subroutine factorise_interface(self, error, damping)
+         import :: problem_t, error_t, wp
          class(problem_t), intent(inout) :: self
          type(error_t), allocatable, intent(out) :: error
+         real(wp), intent(in), optional :: damping !< times `weight`: added to the diagonal
       end subroutine factorise_interface
 
       !> Solve matrix * x = b.
@@ -99,10 +100,11 @@ module finshell_problem
       end subroutine solve_interface
 
       !> state <- state moved by the correction x and by a change of the factor.
-      subroutine move_interface(self, x, factor_change)
+      subroutine move_interface(self, x, factor_change, stress)
          import :: problem_t, wp
          class(problem_t), intent(inout) :: self
          real(wp), intent(in) :: x(:), factor_change
+         integer, intent(in), optional :: stress !< stress_own (default), stress_predicted or stress_kept
       end subroutine move_interface
 
       !> The single correction x that leads from `base` to `state`.

@@ -2,9 +2,10 @@
 !> it passed something that was to be met. finshell_path decides what to make of the result.
 module finshell_tracker
    use finshell_kinds, only: wp
-   use finshell_problem, only: problem_t
+   use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_state, only: state_t
-   use finshell_step, only: step_t, control_load, control_displacement, control_arc_length, control_volume, prescribes_monitored
+   use finshell_step, only: convergence_t, step_t, control_load, control_displacement, control_arc_length, control_volume, &
+      prescribes_monitored
    use finshell_control, only: constraint_t, control_vector, arc_norm
    use finshell_newton, only: newton_result_t, solve_increment
    use finshell_descent, only: descend
@@ -155,12 +156,14 @@ contains
       type(attempt_t), intent(inout) :: attempt
       type(newton_result_t), intent(out) :: result
       type(constraint_t) :: constraint
+      type(convergence_t) :: settings
       real(wp), allocatable :: x(:)
       real(wp) :: change, scale, length, angle
       logical :: known
 
       allocate (x(problem%n))
-      problem%mixed = step%convergence%mixed .and. .not. attempt%plain
+      settings = step%convergence
+      settings%mixed = settings%mixed .and. .not. attempt%plain
       constraint%control = attempt%control
       constraint%load_weight = self%load_weight
       constraint%sense = sign(1.0_wp, attempt%size)
@@ -197,18 +200,15 @@ contains
          if (step%convergence%rotation_limit > 0 .and. angle > step%convergence%rotation_limit) &
             scale = scale*step%convergence%rotation_limit/angle
          attempt%predicted = scale*x
-         problem%extrapolating = .true.
-         call problem%move(attempt%predicted, scale*change)
-         problem%extrapolating = .false.
+         call problem%move(attempt%predicted, scale*change, merge(stress_kept, stress_own, settings%mixed))
       else if (attempt%control == control_arc_length) then
          constraint%previous = self%history%vector(:, 1)
          constraint%previous_change = self%history%factor(1)
       end if
       if (attempt%descends) then
-         problem%mixed = .false.
          call descend(problem, constraint%target, step%convergence, self%mean_levels, attempt%reach, result)
       else
-         call solve_increment(problem, constraint, step%convergence, self%mean_levels, result)
+         call solve_increment(problem, constraint, settings, self%mean_levels, result)
       end if
       if (result%converged .and. attempt%control == control_load) call problem%set_factor(constraint%target)
    end subroutine try
