@@ -1,7 +1,7 @@
 !> A stand-in for the stiffness of structures whose law has none in the reference state (the exponential fibre law: its stress
-!> starts with the cube of the strain). It is the stiffness, in the reference state, of the same structure made of an
-!> incompressible isotropic material with the shear modulus by which the law scales its drilling stiffness; where there are membranes,
-!> uniformly stretched a little.
+!> starts with the cube of the strain), or whose membranes have none along their normals. It is the stiffness, in the reference
+!> state, of the same structure made of an incompressible isotropic material with the shear modulus by which the law scales its
+!> drilling stiffness; where there are membranes, uniformly stretched a little.
 !>
 !> Path following adds a part of it to the matrix of the first iterations, never to the forces, so solutions are unchanged.
 !> A descent (finshell_descent) does likewise with a mass.
@@ -27,8 +27,8 @@ module finshell_ground
 
 contains
 
-   !> Has a section a law that offers no resistance to shear in the reference state, or is it a membrane, which offers none to motion
-   !> along its normal?
+   !> Has a section a law that offers no resistance to shear in the reference state, or is it a membrane, which offers none to
+   !> motion along its normal?
    pure function is_soft(sections) result(soft)
       type(section_t), intent(in) :: sections(:)
       logical :: soft

@@ -89,8 +89,8 @@ contains
       call find_held_sides(mesh, self%supported, self%support_of, self%held)
    end subroutine new_equations
 
-   !> Nodes of membranes alone have no rotations: a support that prescribes one there is an error. One that holds it is not, as planes
-   !> of symmetry do; of rigid-body motions it says the same as for a shell.
+   !> Nodes of membranes alone have no rotations: a support that prescribes one there is an error. One that holds it is not, as
+   !> planes of symmetry do; of rigid-body motions it says the same as for a shell.
    subroutine refuse_rotations(self, turns, error)
       type(equations_t), intent(in) :: self
       logical, intent(in) :: turns(:)

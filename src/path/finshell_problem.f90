@@ -13,9 +13,9 @@ module finshell_problem
    private
    public :: problem_t, stress_own, stress_predicted, stress_kept
 
-   !> What `move` does to the stresses that the geometric part of the tangent is made of: nothing, they are the elements' own; they are
-   !> predicted (mixed iteration); they stay as they are, since the motion follows the path of earlier increments, not a solution of the
-   !> linearised equations: predicted along it, they would be those of a wrong membrane strain.
+   !> What `move` does to the stresses that the geometric part of the tangent is made of: nothing, they are the elements' own; they
+   !> are predicted (mixed iteration); they stay as they are, since the motion follows the path of earlier increments, not a
+   !> solution of the linearised equations: predicted along it, they would be those of a wrong membrane strain.
    integer, parameter :: stress_own = 0, stress_predicted = 1, stress_kept = 2
 
    type, abstract :: problem_t
