@@ -123,6 +123,23 @@ class Membranes(unittest.TestCase):
         taut = [self.solve(strip.replace("KEYS", k).replace("NARROW", "-0.1"))[-1] for k in ("", "wrinkling = .true.")]
         self.assertAlmostEqual(taut[0]["f"], taut[1]["f"], places=9)
 
+    def test_pulled_annulus(self):
+        """The inner rim is pulled inwards by d: wrinkles along the radii up to R = b ((1 - nu)/(1 + nu))**(1/2), taut beyond. Uniaxial tension
+        C/r inside, Lame's solution outside, joined where the hoop stress vanishes: E d = C (nu + log(R/a))."""
+        rows = self.solve("""&mesh generator = 'annulus' radii = 1, 3 angles = 0, 90 divisions = 16, 24 /
+&material name = 'm' law = 'st_venant_kirchhoff' e = 1000 nu = 0.3 /
+&section type = 'membrane' wrinkling = .true. thickness = 0.1 /
+&support node_set = 'all' fixed = 'uz' /
+&support node_set = 'edge_a0' fixed = 'uy' /
+&support node_set = 'edge_a1' fixed = 'ux' /
+&support node_set = 'edge_outer' fixed = 'ux' axes = 'cylindrical' axis = 0, 0, 1 /
+&support node_set = 'edge_inner' ux = -1e-3 axes = 'cylindrical' axis = 0, 0, 1 /
+&step /
+&monitor name = 'f' quantity = 'reaction' component = 'x' node_set = 'edge_inner' /
+&output every = 0 /
+""")
+        self.assertAlmostEqual(-rows[-1]["f"] * (0.3 + math.log(3 * math.sqrt(0.7 / 1.3))) / (1000 * 0.1 * 1e-3), 1, delta=0.003)
+
     def test_shells_and_membranes_share_nodes(self):
         """A plate whose outer half is a membrane: under tension and pressure; and a membrane hung from a frame of shells."""
         plate = """&mesh generator = 'rectangle' lengths = 2, 1 divisions = 8, 4 /
