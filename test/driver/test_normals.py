@@ -14,7 +14,7 @@ REST = """&material name = 'm' law = 'linear_elastic' e = 1000 nu = 0 /
 &section thickness = 0.01 /
 &output every = 0 /
 """
-RING = f"""&mesh generator = 'cylinder' radius = 1 length = {math.pi / 2 / N:.12f} angles = 0, 90 divisions = {N}, 1 KEYS /
+RING = f"""&mesh generator = 'cylinder' radius = 1 length = {math.pi / 2 / N:.12f} angles = 0, 90 divisions = {N}, 1 diagonal = 'alternating' KEYS /
 &support node_set = 'all' fixed = 'uy', 'rx', 'rz' /
 &support node_set = 'edge_a0' type = 'symmetry_z' /
 &support node_set = 'edge_a1' type = 'symmetry_x' /

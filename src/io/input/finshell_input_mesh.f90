@@ -102,7 +102,8 @@ contains
       type(error_t), allocatable :: refusal
 
       call get(group, 'distortion', distortion, error, default=0.0_wp, minimum=0.0_wp)
-      if (generator /= 'disk') call get(group, 'diagonal', diagonal, error, default='alternating', choices=diagonal_names)
+      if (generator /= 'disk') call get(group, 'diagonal', diagonal, error, default=usual_diagonal(generator), &
+                                     choices=diagonal_names)
       select case (generator)
       case ('disk'); call generate_disk()
       case ('rectangle', 'quadrilateral'); call generate_quadrilateral()
@@ -360,4 +361,13 @@ contains
          call complain_about(group, '', "the set '"//name//"' is empty", error)
       end if
    end subroutine check_new_set
+   !> Alternating, without a preferred direction; on curved surfaces one way, which is more accurate there (doc/benchmarks.md).
+   pure function usual_diagonal(generator) result(name)
+      character(len=*), intent(in) :: generator
+      character(len=:), allocatable :: name
+      select case (generator)
+      case ('cylinder', 'cone', 'sphere', 'paraboloid'); name = 'forward'
+      case default; name = 'alternating'
+      end select
+   end function usual_diagonal
 end module finshell_input_mesh
