@@ -13,7 +13,7 @@ module finshell_section
    implicit none
    private
    public :: section_t, layer_t, ply_t, resultants_t, switches_t, new_section, new_layered_section, integrate, &
-      midsurface_thickness, reference_membrane_tangent, cauchy_stress
+      midsurface_thickness, reference_membrane_tangent, cauchy_stress, layer_direction
    public :: formulation_s, formulation_p, points_per_block, default_points
 
    !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
@@ -355,6 +355,7 @@ contains
       sigma(:, 2) = ((u(:, 3)*s(:, 1) + u(:, 2)*s(:, 3))*u(:, 3) + a(:, 2)*u(:, 2))*inverse
    end subroutine cauchy_stress
 
+   !> Cosine and sine of axis 1 of the law of a layer, where those of the material direction are `axes`.
    pure subroutine layer_direction(layer, axes, direction)
       type(layer_t), intent(in) :: layer
       real(wp), intent(in) :: axes(:, :)
