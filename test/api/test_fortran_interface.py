@@ -16,7 +16,7 @@ import installed  # noqa: E402
 MODULE = os.path.join(installed.SOURCE, "api", "finshell_c.f90")
 LIBRARY = os.environ.get("FINSHELL_LIB", "")
 FLANG = next((path for path in map(shutil.which, ("flang-new", "flang", "flang-new-19", "flang-19")) if path), None)
-STRUCTURES = ("status", "parameter", "layer", "elements")
+STRUCTURES = ("status", "parameter", "layer", "elements", "field_entry")
 # What an argument of the header is in Fortran (name left out).
 KINDS = {
     "int32_t": "integer(c_int32_t), value", "double": "real(c_double), value",
@@ -27,7 +27,8 @@ KINDS = {
     "finshell_section *": "type(c_ptr), value", "finshell_section **": "type(c_ptr), intent(out)",
     "const finshell_layer *": "type(finshell_layer), intent(in), optional (*)",
     "const finshell_elements *": "type(finshell_elements), intent(in)",
-    "finshell_parameter *": "type(finshell_parameter), intent(out), optional"}
+    "finshell_parameter *": "type(finshell_parameter), intent(out), optional",
+    "finshell_field_entry *": "type(finshell_field_entry), intent(out), optional"}
 PROGRAM = """program square
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr, c_sizeof
    use finshell_c
@@ -152,7 +153,7 @@ class Interface(unittest.TestCase):
             sys.path.insert(0, os.path.join(installed.SOURCE, "api", "python"))
             from finshell import _library
             by_ctypes = {"status": _library.Status, "parameter": _library.CParameter, "layer": _library.CLayer,
-                         "elements": _library.CElements}
+                         "elements": _library.CElements, "field_entry": _library.CField}
             lines = []
             for name, fields in members.items():
                 lines.append(f"{name} {ctypes.sizeof(by_ctypes[name])}")
