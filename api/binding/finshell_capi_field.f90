@@ -5,7 +5,7 @@ module finshell_capi_field
    use finshell_capi_element, only: conclude
    use finshell_capi_elements, only: c_elements_t, read_block, receive
    use finshell_environment, only: environment_t, hold, release
-   use finshell_field_batch, only: element_field_t, element_fields, find_element_field, finished, places_of, recover_fields, &
+   use finshell_field_batch, only: element_field_t, element_fields, find_element_field, field_value, field_places, recover_fields, &
       n_element_fields
    use finshell_section, only: section_t
    use finshell_status, only: status_no_value, status_ok
@@ -91,7 +91,7 @@ contains
       if (code /= status_ok .or. block%n == 0) return
       table = element_fields()
       associate (field => table(entry), n => block%n)
-         places = places_of(field, size(s%layers))
+         places = field_places(field, size(s%layers))
          allocate (raw(places*field%raw, n), frame(3, 2, n), found(places, n), worst(n), stat=memory)
          if (memory /= 0) then
             code = refuse_memory(status, place)
@@ -108,7 +108,7 @@ contains
                first = ((e - 1)*places + p - 1)*field%number
                values(first + 1:first + field%number) = 0
                if (worst(e) == status_ok .and. found(p, e) == status_ok) values(first + 1:first + field%number) = &
-                  finished(field, raw((p - 1)*field%raw + 1:p*field%raw, e), frame(:, :, e))
+                  field_value(field, raw((p - 1)*field%raw + 1:p*field%raw, e), frame(:, :, e))
             end do
          end do
          call release(environment)

@@ -2,7 +2,7 @@
 module finshell_field_batch
    use finshell_block, only: bad_shape, check_input, gather, vanishing
    use finshell_element, only: block_t, recover_block
-   use finshell_element_fields, only: element_field_t, element_fields, find_element_field, finished, places_of, &
+   use finshell_element_fields, only: element_field_t, element_fields, find_element_field, field_value, field_places, &
       n_element_fields, most_components, at_element, at_surfaces, at_layers, change_linear, change_quadratic, change_none
    use finshell_environment, only: environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
@@ -12,12 +12,12 @@ module finshell_field_batch
    implicit none
    private
    public :: recover_fields
-   public :: element_field_t, element_fields, find_element_field, finished, places_of, n_element_fields
+   public :: element_field_t, element_fields, find_element_field, field_value, field_places, n_element_fields
    public :: at_element, at_surfaces, at_layers, change_linear, change_quadratic, change_none
 
 contains
 
-   !> Fields of n elements, as their tables' `recover` finds them: `finished` makes of them what is reported.
+   !> Fields of n elements, as their tables' `recover` finds them: `field_value` makes of them what is reported.
    !>
    !> Other arguments as in recover_elements (finshell_batch). Only what is asked for is evaluated. A value that cannot be recovered
    !> is 0 and has a status: that of the element or, as a law may end at the surfaces and not before, its own; status_no_value where
@@ -64,7 +64,7 @@ contains
          p = 0
          do f = 1, size(fields)
             associate (field => table(fields(f)))
-               do place = 1, places_of(field, layers)
+               do place = 1, field_places(field, layers)
                   here = found
                   values = 0
                   if (field%at == at_layers .and. place > size(section%layers)) then

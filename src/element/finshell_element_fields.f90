@@ -16,7 +16,7 @@ module finshell_element_fields
    use finshell_voigt, only: rotate_strain, rotate_stress
    implicit none
    private
-   public :: element_field_t, element_fields, find_element_field, finished, places_of, n_element_fields, &
+   public :: element_field_t, element_fields, find_element_field, field_value, field_places, n_element_fields, &
       most_components
    public :: surface_stress
    public :: at_element, at_surfaces, at_layers, change_linear, change_quadratic, change_none
@@ -48,7 +48,7 @@ module finshell_element_fields
          import :: section_t, recovered_t, wp, i4, lanes
          type(section_t), intent(in) :: section
          type(recovered_t), intent(in) :: r
-         integer, intent(in) :: place !< of those that the section has: 1..places_of
+         integer, intent(in) :: place !< of those that the section has: 1..field_places
          real(wp), intent(inout) :: values(:, :) !< (lanes, raw)
          integer(i4), intent(inout) :: status(lanes) !< status_no_value where there is none to be expected
       end subroutine recover_interface
@@ -342,18 +342,18 @@ contains
    end function find_element_field
 
    !> Number of places of a field.
-   pure integer function places_of(field, layers)
+   pure integer function field_places(field, layers)
       type(element_field_t), intent(in) :: field
       integer, intent(in) :: layers !< of the section, or as many as any section has
       select case (field%at)
-      case (at_surfaces); places_of = 3
-      case (at_layers); places_of = layers
-      case default; places_of = 1
+      case (at_surfaces); field_places = 3
+      case (at_layers); field_places = layers
+      case default; field_places = 1
       end select
-   end function places_of
+   end function field_places
 
    !> What is reported of one element at one place.
-   pure function finished(field, raw, frame) result(values)
+   pure function field_value(field, raw, frame) result(values)
       type(element_field_t), intent(in) :: field
       real(wp), intent(in) :: raw(:) !< what `recover` has found
       real(wp), intent(in) :: frame(3, 2) !< see recovered_t
@@ -363,7 +363,7 @@ contains
       else
          values = raw(:field%number)
       end if
-   end function finished
+   end function field_value
 
    !> An entry of the table.
    pure function field(name, components, at, dimension, recover, meaning, finish, raw, change) result(entry)

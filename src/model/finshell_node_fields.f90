@@ -43,13 +43,13 @@ contains
       type(node_field_t) :: table(n_node_fields)
       table = [ &
          field('displacement', 'x, y, z', 'length', .false., displacement, &
-               'displacement'), &
+               'from the reference to the deformed position'), &
          field('rotation', 'x, y, z', '-', .false., rotation, &
-               'rotation vector, radians'), &
+               'vector of the rotation that takes directors of the reference to those of the deformed shell, in radians'), &
          field('reaction', 'x, y, z', 'force', .true., reaction, &
-               'force that holds the node'), &
+               'force that holds the node: what holds it is in balance with the loads'), &
          field('reaction_moment', 'x, y, z', 'force length', .true., reaction_moment, &
-               'moment that holds the node')]
+               'moment that holds the node, without the moments of forces about a point')]
    end function node_fields
 
    pure function displacement(results, node) result(values)

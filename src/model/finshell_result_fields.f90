@@ -1,6 +1,6 @@
 !> All that a run can report, in one list: fields on nodes, fields on elements, numbers of the whole structure.
 module finshell_result_fields
-   use finshell_field_batch, only: element_field_t, element_fields, places_of, n_element_fields, at_surfaces, at_layers
+   use finshell_field_batch, only: element_field_t, element_fields, field_places, n_element_fields, at_surfaces, at_layers
    use finshell_node_fields, only: node_field_t, node_fields, n_node_fields
    use finshell_error, only: text_of
    implicit none
@@ -17,6 +17,8 @@ module finshell_result_fields
       logical :: adds_up = .false. !< the value of several items is their sum, else their mean
       integer :: entry = 0 !< in the table of nodal or of element fields
       logical :: surfaces = .false., layers = .false. !< the value has places in the element, bottom to top
+      character(len=16) :: dimension = ''
+      character(len=128) :: meaning = ''
    end type result_field_t
 
 contains
@@ -29,11 +31,25 @@ contains
       integer :: i
       nodal = node_fields()
       elemental = element_fields()
-      table = [(result_field_t(nodal(i)%name, nodal(i)%components, on_nodes, nodal(i)%adds_up, i), i=1, n_node_fields), &
+      table = [(result_field_t(nodal(i)%name, nodal(i)%components, on_nodes, nodal(i)%adds_up, i, .false., .false., &
+                               nodal(i)%dimension, nodal(i)%meaning), i=1, n_node_fields), &
                (result_field_t(elemental(i)%name, elemental(i)%components, on_elements, .false., i, &
-                               elemental(i)%at == at_surfaces, elemental(i)%at == at_layers), i=1, n_element_fields), &
-               result_field_t('volume', adds_up=.true.), result_field_t('energy', adds_up=.true.)]
+                               elemental(i)%at == at_surfaces, elemental(i)%at == at_layers, &
+                               elemental(i)%dimension, elemental(i)%meaning), i=1, n_element_fields), &
+               whole('volume', 'length^3', &
+                     'between the pressurised elements and the origin of their pressure'), &
+               whole('energy', 'force length', &
+                     'stored in the structure')]
    end function result_fields
+
+   !> A number of the whole structure.
+   pure function whole(name, dimension, meaning) result(field)
+      character(len=*), intent(in) :: name, dimension, meaning
+      type(result_field_t) :: field
+      field%name = name
+      field%dimension = dimension
+      field%meaning = meaning
+   end function whole
 
    !> The number of a field, 0: there is none of this name.
    pure integer function find_field(name)

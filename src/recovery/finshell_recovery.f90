@@ -6,7 +6,7 @@ module finshell_recovery
    use finshell_kinds, only: wp, i4
    use finshell_discretisation, only: gather_elements, gathered_t, recover_gathered
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_field_batch, only: element_field_t, element_fields, finished, places_of, n_element_fields, change_quadratic, &
+   use finshell_field_batch, only: element_field_t, element_fields, field_value, field_places, n_element_fields, change_quadratic, &
       change_none
    use finshell_state, only: state_t, moved_state
    use finshell_status, only: status_ok
@@ -112,7 +112,7 @@ contains
          do f = 1, size(entries)
             associate (field => table(entries(f)))
                first = last + 1
-               last = last + field%raw*places_of(field, most_layers(problem%structure))
+               last = last + field%raw*field_places(field, most_layers(problem%structure))
                if (field%change == change_none) cycle
                v = w
                if (field%change == change_quadratic) v = w2
@@ -138,7 +138,7 @@ contains
 
       associate (structure => problem%structure)
          layers = most_layers(structure)
-         places = [(places_of(table(entries(i)), layers), i=1, size(entries))]
+         places = [(field_places(table(entries(i)), layers), i=1, size(entries))]
          rows = sum(places*table(entries)%raw)
          allocate (raw%values(rows, size(elements)), raw%missing(sum(places), size(elements)), raw%frame(3, 2, size(elements)))
          do s = 1, size(structure%sections)
@@ -168,12 +168,12 @@ contains
       do f = 1, size(entries)
          associate (field => table(entries(f)), made => r%fields(f), elements => size(raw%values, 2))
             made%entry = entries(f)
-            allocate (made%values(field%number, places_of(field, layers), elements), source=0.0_wp)
+            allocate (made%values(field%number, field_places(field, layers), elements), source=0.0_wp)
             made%missing = raw%missing(place + 1:place + size(made%values, 2), :)
             do p = 1, size(made%values, 2)
                do e = 1, elements
                   if (.not. made%missing(p, e)) &
-                     made%values(:, p, e) = finished(field, raw%values(row + 1:row + field%raw, e), raw%frame(:, :, e))
+                     made%values(:, p, e) = field_value(field, raw%values(row + 1:row + field%raw, e), raw%frame(:, :, e))
                end do
                row = row + field%raw
             end do

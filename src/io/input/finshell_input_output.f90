@@ -27,14 +27,14 @@ contains
       type(monitor_t), intent(out) :: monitor
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
-      character(len=:), allocatable :: quantity, quantities
+      character(len=:), allocatable :: quantity, field_list
 
       if (allocated(error)) return
       table = result_fields()
-      quantities = field_names(only_items=.false.)
+      field_list = field_names(only_items=.false.)
       call get(group, 'name', monitor%name, error)
       if (.not. allocated(error)) call check_name(group, 'name', monitor%name, error)
-      call get(group, 'quantity', quantity, error, choices=quantities)
+      call get(group, 'quantity', quantity, error, choices=field_list)
       call get(group, 'factor', monitor%factor, error, default=1.0_wp)
       if (allocated(error)) return
       if (index(own_columns, ', '//monitor%name//',') > 0) then
@@ -98,12 +98,12 @@ contains
       type(output_t), intent(out) :: output
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
-      character(len=:), allocatable :: fields(:), names
+      character(len=:), allocatable :: fields(:), field_list
       integer :: i
 
       if (allocated(error)) return
-      names = field_names(only_items=.true.)
-      call get_strings(group, 'fields', fields, error, choices=names)
+      field_list = field_names(only_items=.true.)
+      call get_strings(group, 'fields', fields, error, choices=field_list)
       call get(group, 'every', output%every, error, default=output%every, minimum=0)
       call get(group, 'restart', output%restart, error, default=output%restart)
       call check_all_used(group, error)
