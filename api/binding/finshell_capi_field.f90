@@ -92,7 +92,10 @@ contains
       table = element_fields()
       associate (field => table(entry), n => block%n)
          places = field_places(field, size(s%layers))
-         allocate (raw(places*field%raw, n), frame(3, 2, n), found(places, n), worst(n), stat=memory)
+         allocate (raw(places*field%raw, n), stat=memory)
+         if (memory == 0) allocate (frame(3, 2, n), stat=memory)
+         if (memory == 0) allocate (found(places, n), stat=memory)
+         if (memory == 0) allocate (worst(n), stat=memory)
          if (memory /= 0) then
             code = refuse_memory(status, place)
             return

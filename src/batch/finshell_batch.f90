@@ -195,7 +195,7 @@ contains
          input = status_ok
          call check_input(block, present(direction), input, changed)
          call recover_block(section, block, r, found)
-         surface = spread(found, 2, 3)
+         if (present(stress)) surface = spread(found, 2, 3)
          where (found == status_ok .and. .not. vanishing(reshape(r%force, [3*lanes])) + vanishing(reshape(r%moment, [3*lanes])) &
                 + 0*r%stretch <= 0) found = status_material_limit
          where (input /= status_ok) found = input

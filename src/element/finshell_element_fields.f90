@@ -49,7 +49,7 @@ module finshell_element_fields
          type(section_t), intent(in) :: section
          type(recovered_t), intent(in) :: r
          integer, intent(in) :: place !< of those that the section has: 1..field_places
-         real(wp), intent(inout) :: values(:, :) !< (lanes, raw)
+         real(wp), intent(inout), contiguous :: values(:, :) !< (lanes, raw)
          integer(i4), intent(inout) :: status(lanes) !< status_no_value where there is none to be expected
       end subroutine recover_interface
 
@@ -103,7 +103,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       values(:, 1) = r%stretch
    end subroutine thickness_stretch
@@ -112,7 +112,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       values = r%force
    end subroutine membrane_force
@@ -121,7 +121,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       values = r%moment
    end subroutine moment
@@ -130,7 +130,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       values(:, 1) = r%energy
    end subroutine energy_density
@@ -139,7 +139,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       values = tensor(r%axes, r%curvature)
    end subroutine curvature
@@ -148,7 +148,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       values = strain_at(r, surface(section, place))
    end subroutine strain
@@ -157,7 +157,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       values = stretch_at(r, surface(section, place))
    end subroutine stretch
@@ -166,7 +166,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       call cauchy_stress(section, surface(section, place), r%membrane, r%curvature, r%axes, values, status)
       call rotate_stress(lanes, reverse(r%axes), values)
@@ -176,7 +176,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       real(wp) :: axes(lanes, 2)
       call cauchy_stress(section, middle(section, place), r%membrane, r%curvature, r%axes, values, status)
@@ -188,7 +188,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       real(wp) :: axes(lanes, 2), e(lanes, 3), fibre(3, 2)
       integer :: i, families
@@ -207,7 +207,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       call fibre_direction(section, r, place, 1, values, status)
    end subroutine fibre_direction_1
@@ -216,7 +216,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       call fibre_direction(section, r, place, 2, values, status)
    end subroutine fibre_direction_2
@@ -226,7 +226,7 @@ contains
       type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
       integer, intent(in) :: place, family
-      real(wp), intent(inout) :: values(:, :)
+      real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       real(wp) :: u(lanes, 3), fibre(3, 2), c, s, a(2)
       integer :: families
