@@ -26,7 +26,7 @@ module finshell_element_fields
    !> What is reported of a linear change of a state: the change of the field to first order, or to second as of an energy; that of
    !> the state itself.
    integer, parameter :: change_linear = 1, change_quadratic = 2, change_none = 3
-   integer, parameter :: n_element_fields = 15
+   integer, parameter :: n_element_fields = 16
    integer, parameter :: most_components = 3 !< of any field, and of the tensors behind them
 
    type :: element_field_t
@@ -87,6 +87,8 @@ contains
                'direction of the smaller principal stretch', smaller_direction), &
          field('principal_stress', '1, 2', at_surfaces, 'stress', surface_stress, &
                'principal Cauchy stress in the plane of the element, the larger first', principal_values, raw=3), &
+         field('von_mises', '', at_surfaces, 'stress', surface_stress, &
+               'equivalent stress of von Mises', von_mises, raw=3), &
          field('fibre_stretch', '1, 2', at_layers, '-', fibre_stretch, &
                'along the families of fibres of the law; one family counts twice'), &
          field('fibre_direction_1', 'x, y, z', at_layers, '-', fibre_direction_1, &
@@ -280,6 +282,12 @@ contains
       radius = hypot(0.5_wp*(raw(1) - raw(2)), raw(3))
       values = 0.5_wp*(raw(1) + raw(2)) + [radius, -radius]
    end subroutine principal_values
+
+   pure subroutine von_mises(raw, frame, values)
+      real(wp), intent(in) :: raw(:), frame(3, 2)
+      real(wp), intent(out) :: values(:)
+      values = sqrt(raw(1)**2 - raw(1)*raw(2) + raw(2)**2 + 3*raw(3)**2)
+   end subroutine von_mises
 
    !> Of the two signs that with a positive component along the material direction; where all directions are principal, this one.
    pure subroutine larger_direction(raw, frame, values)
