@@ -2,8 +2,9 @@
 module finshell_field_batch
    use finshell_block, only: bad_shape, check_input, gather, vanishing
    use finshell_element, only: block_t, recover_block
-   use finshell_element_fields, only: element_field_t, element_fields, find_element_field, field_value, field_places, &
-      n_element_fields, most_components, at_element, at_surfaces, at_layers, change_linear, change_quadratic, change_none
+   use finshell_element_field, only: element_field_t, field_places, field_value, most_components, at_element, at_surfaces, &
+      at_layers, change_linear, change_quadratic, change_none
+   use finshell_element_fields, only: element_fields, find_element_field, n_element_fields
    use finshell_environment, only: environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
    use finshell_recovered, only: recovered_t
