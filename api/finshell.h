@@ -276,6 +276,41 @@ int32_t finshell_mass_matrix(const finshell_section *section, int32_t n, const d
 int32_t finshell_pressure_load(int32_t n, const double *pressure, const double *X, const double *u, int32_t form,
                           const double *origin, double *force, double *stiffness, int32_t *codes, finshell_status *status);
 
+/* ------------------------------------------------------------------ element fields by name */
+
+/* Where an element has values of a field. */
+enum {
+   FINSHELL_AT_ELEMENT = 1,  /* one value */
+   FINSHELL_AT_SURFACES = 2, /* three: bottom, middle, top of the section */
+   FINSHELL_AT_LAYERS = 3    /* one in the middle of each layer, bottom to top */
+};
+
+/* A field of the table. Components 11, 22, 12 are those of a tensor along the material direction, projected on the element and
+ * carried along by its rotation; x, y, z are global, of unit vectors in the deformed configuration. */
+typedef struct finshell_field_entry {
+   char name[32];
+   char components[32]; /* "11, 22, 12", "1, 2", "x, y, z"; "" for a scalar */
+   char dimension[32];  /* "stress", "1/length", ...; "-" for a number */
+   char meaning[128];
+   int32_t number;      /* of components */
+   int32_t at;          /* FINSHELL_AT_... */
+} finshell_field_entry;
+
+/* Number of element fields. Since 0.1. */
+int32_t finshell_field_count(void);
+
+/* Field i (from 0). Errors: -1 no such field. Since 0.1. */
+int32_t finshell_field_information(int32_t i, finshell_field_entry *field, finshell_status *status);
+
+/* One field of n elements of one section; only what it needs is evaluated.
+ *   name                            of the field, as in finshell_field_entry
+ *   values [n][places][components]  places: 1, 3 or the number of layers, as `at` says. 0 where there is no value to be expected:
+ *                                   along the fibres of a layer that has none
+ *   codes [n]
+ * Errors: all codes; -1 unknown field. Since 0.1. */
+int32_t finshell_recover_field(const finshell_section *section, const finshell_elements *elements, const char *name,
+                               double *values, int32_t *codes, finshell_status *status);
+
 /* ------------------------------------------------------------------ rotations
  * n at a time. Quaternions [n][4], scalar part first; inputs of any length, outputs of length 1. Errors: -1 NULL, a
  * quaternion of zeros, or a vector beyond 1e60; -3; -6. All since 0.1. */

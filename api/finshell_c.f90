@@ -20,6 +20,9 @@ module finshell_c
    integer(c_int32_t), parameter :: finshell_rotation_vector = 1
    integer(c_int32_t), parameter :: finshell_rotation_quaternion = 2
    integer(c_int32_t), parameter :: finshell_rotation_increment = 3
+   integer(c_int32_t), parameter :: finshell_at_element = 1
+   integer(c_int32_t), parameter :: finshell_at_surfaces = 2
+   integer(c_int32_t), parameter :: finshell_at_layers = 3
    integer(c_int32_t), parameter :: finshell_abi_number = 2 !< what finshell_abi must return
 
    type, bind(c) :: finshell_status
@@ -64,6 +67,15 @@ module finshell_c
       type(c_ptr) :: toward = c_null_ptr
       type(c_ptr) :: straight = c_null_ptr
    end type finshell_elements
+
+   type, bind(c) :: finshell_field_entry
+      character(kind=c_char) :: name(32)
+      character(kind=c_char) :: components(32)
+      character(kind=c_char) :: dimension(32)
+      character(kind=c_char) :: meaning(128)
+      integer(c_int32_t) :: number
+      integer(c_int32_t) :: at
+   end type finshell_field_entry
 
    interface
       function finshell_version_text() result(text) bind(c)
@@ -262,6 +274,30 @@ module finshell_c
          type(finshell_status), intent(out), optional :: status
          integer(c_int32_t) :: code
       end function finshell_pressure_load
+
+      function finshell_field_count() result(number) bind(c)
+         import :: c_int32_t
+         integer(c_int32_t) :: number
+      end function finshell_field_count
+
+      function finshell_field_information(i, field, status) result(code) bind(c)
+         import :: c_int32_t, finshell_field_entry, finshell_status
+         integer(c_int32_t), value :: i
+         type(finshell_field_entry), intent(out), optional :: field
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_field_information
+
+      function finshell_recover_field(section, elements, name, values, codes, status) result(code) bind(c)
+         import :: c_char, c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
+         type(c_ptr), value :: section
+         type(finshell_elements), intent(in) :: elements
+         character(kind=c_char), intent(in) :: name(*)
+         real(c_double), intent(out), optional :: values(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_recover_field
 
       function finshell_rotation_exp(n, vector, quaternion, codes, status) result(code) bind(c)
          import :: c_double, c_int32_t, finshell_status

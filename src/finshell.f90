@@ -16,6 +16,8 @@
 module finshell
    use finshell_batch, only: evaluate_elements, recover_elements, rotation_increment, rotation_quaternion, rotation_vector
    use finshell_error, only: error_t
+   use finshell_field_batch, only: element_field_t, element_fields, field_places, field_value, find_element_field, &
+      n_element_fields, recover_fields
    use finshell_kinds, only: i4, wp
    use finshell_mass, only: mass_elements
    use finshell_material, only: material_t

@@ -268,7 +268,7 @@ contains
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
       do i = 1, size(reporter%gaps)
          write (output_unit, '(a,i0,a)') 'Missing in '//reporter%gaps(i)%name//': ', reporter%gaps(i)%values, &
-            ' values, written as NaN: the law ends between the integration points and the surface (doc/namelist.md, &output).'
+            ' values, written as NaN: the law ends before the surface, or there is no such layer or fibre (doc/namelist.md).'
       end do
       write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &
          //merge(', .vtkhdf, .xdmf', '                ', input%output%fields)

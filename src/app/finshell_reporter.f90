@@ -8,8 +8,8 @@ module finshell_reporter
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
    use finshell_monitor, only: monitor_t, output_t
-   use finshell_monitoring, only: watch_t, new_watch, monitored_values, needed_elements, point_fields, cell_fields, &
-      has_cell_fields
+   use finshell_monitoring, only: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, &
+      cell_fields, cell_entries
    use finshell_observer, only: observer_t, record_t
    use finshell_recovery, only: recovery_t, recover
    use finshell_results, only: results_file_t
@@ -53,6 +53,7 @@ module finshell_reporter
       integer :: snaps = 0, first_snap = 0 !< increments that snapped; the first of them
       type(record_t) :: last
       integer, allocatable :: watched_elements(:) !< those that have to be recovered for the monitors
+      integer, allocatable :: watched_entries(:), cell_entries(:) !< element fields of the monitors, of the result file
       type(gap_t), allocatable :: gaps(:) !< monitors and fields with missing values
    contains
       procedure :: open => open_reports
@@ -91,7 +92,9 @@ contains
          call new_watch(self%watches(i), monitors(i), problem%structure%mesh)
          names(i)%text = monitors(i)%name
       end do
-      self%watched_elements = needed_elements(self%watches, size(problem%structure%mesh%triangles, 2))
+      self%watched_elements = watched_elements(self%watches, size(problem%structure%mesh%triangles, 2))
+      self%watched_entries = watched_entries(self%watches)
+      self%cell_entries = cell_entries(output)
       allocate (self%gaps(0))
       call take_lock(base_name//'.lock', self%lock, reason)
       if (reason /= '') then
@@ -241,10 +244,12 @@ contains
       type(recovery_t), intent(out) :: recovery
       integer :: i
 
-      if (with_fields .and. has_cell_fields(self%output)) then
-         call recover(self%problem, state, [(i, i=1, size(self%problem%structure%mesh%triangles, 2))], self%output%stress, recovery)
+      if (with_fields .and. size(self%cell_entries) > 0) then
+         call recover(self%problem, state, [(i, i=1, size(self%problem%structure%mesh%triangles, 2))], &
+                      [self%cell_entries, pack(self%watched_entries, [(all(self%cell_entries /= self%watched_entries(i)), &
+                                                                       i=1, size(self%watched_entries))])], recovery)
       else
-         call recover(self%problem, state, self%watched_elements, .false., recovery)
+         call recover(self%problem, state, self%watched_elements, self%watched_entries, recovery)
       end if
       row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)
       row%critical_point = record%event + merge(10, 0, record%located)

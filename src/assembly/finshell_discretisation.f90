@@ -4,9 +4,10 @@
 !> Whatever an element needs to know beside its nodes (material direction, normals, held sides) is gathered with them, so no
 !> caller can forget it.
 module finshell_discretisation
-   use finshell_batch, only: evaluate_elements, n_resultants, predict_resultants, recover_elements, rotation_quaternion
+   use finshell_batch, only: evaluate_elements, n_resultants, predict_resultants, rotation_quaternion
+   use finshell_field_batch, only: recover_fields
    use finshell_kinds, only: wp, i4
-   use finshell_membrane_batch, only: evaluate_membranes, n_membrane, recover_membranes
+   use finshell_membrane_batch, only: evaluate_membranes, n_membrane
    use finshell_section, only: section_t
    use finshell_state, only: state_t
    use finshell_status, only: status_ok
@@ -115,21 +116,14 @@ contains
                               gathered%direction, toward, gathered%held, gathered%normal)
    end subroutine predict_gathered
 
-   !> recover_elements of gathered ones.
-   subroutine recover_gathered(section, gathered, status, stretch, force, moment, stress, stress_status)
+   !> recover_fields of gathered ones.
+   subroutine recover_gathered(section, gathered, fields, layers, raw, status, frame)
       type(section_t), intent(in) :: section
       type(gathered_t), intent(in) :: gathered
-      integer(i4), intent(out), contiguous :: status(:)
-      real(wp), intent(out), optional, contiguous :: stretch(:), force(:, :), moment(:, :), stress(:, :, :)
-      integer(i4), intent(out), optional, contiguous :: stress_status(:, :)
-      if (section%membrane) then
-         if (present(moment)) moment = 0
-         call recover_membranes(section, size(gathered%x, 3), gathered%x, gathered%u, status, stretch, force, stress, &
-                                direction=gathered%direction, stress_status=stress_status)
-         return
-      end if
-      call recover_elements(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, status, &
-                            stretch, force, moment, stress, gathered%direction, stress_status=stress_status, &
-                            held=gathered%held, normal=gathered%normal)
+      integer, intent(in) :: fields(:), layers
+      real(wp), intent(out), contiguous :: raw(:, :), frame(:, :, :)
+      integer(i4), intent(out), contiguous :: status(:, :)
+      call recover_fields(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, fields, layers, &
+                          raw, status, frame, gathered%direction, held=gathered%held, normal=gathered%normal)
    end subroutine recover_gathered
 end module finshell_discretisation

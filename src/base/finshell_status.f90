@@ -13,6 +13,7 @@ module finshell_status
    integer(i4), parameter, public :: status_large_rotation = 3 !< a nodal rotation relative to its element nears pi
    integer(i4), parameter, public :: status_not_converged = 4 !< an iteration did not reach its tolerance
    integer(i4), parameter, public :: status_singular_matrix = 5 !< a factorisation met a zero pivot
+   integer(i4), parameter, public :: status_no_value = 6 !< a field has no value there, as along the fibres of a layer without
    integer(i4), parameter, public :: status_invalid_argument = -1 !< wrong size, option or missing array
    integer(i4), parameter, public :: status_degenerate_reference = -2 !< reference triangle has no area, or is beyond 1e-60 to 1e60
    integer(i4), parameter, public :: status_not_a_number = -3 !< NaN or infinity in the input
@@ -33,6 +34,7 @@ contains
       case (status_large_rotation); text = 'a nodal rotation relative to its element nears pi; cut the step or refine'
       case (status_not_converged); text = 'an iteration did not converge; cut the step'
       case (status_singular_matrix); text = 'the tangent matrix is singular; check the supports'
+      case (status_no_value); text = 'the field has no value there'
       case (status_invalid_argument); text = 'an argument has a wrong size or value, or a required array is missing'
       case (status_degenerate_reference)
          text = 'a reference triangle has no area (coincident or collinear nodes) or a size beyond 1e-60 to 1e60'

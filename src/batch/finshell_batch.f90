@@ -9,7 +9,9 @@ module finshell_batch
    use finshell_kinds, only: wp, i4, lanes
    use finshell_element, only: block_t, evaluate_block, predict_block, recover_block, stress_t, rotation_vector, &
       rotation_quaternion, rotation_increment
+   use finshell_element_fields, only: surface_stress
    use finshell_evaluation, only: level_energy, level_force, level_tangent
+   use finshell_recovered, only: recovered_t
    use finshell_reference, only: side_free, side_straight, side_fixed
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
@@ -171,10 +173,9 @@ contains
       real(wp), intent(in), optional :: normal(3, 3, n)
       type(block_t) :: block
       type(environment_t) :: environment
-      real(wp) :: s(lanes), f(lanes, 3), m(lanes, 3)
-      ! what is not asked for stays unallocated, and so counts as absent in the call
-      real(wp), allocatable :: sigma(:, :, :)
-      integer(i4), allocatable :: surface(:, :)
+      type(recovered_t) :: r
+      real(wp) :: sigma(lanes, 3, 3)
+      integer(i4) :: surface(lanes, 3)
       integer(i4) :: found(lanes), input(lanes)
       integer :: first, i, l
       logical :: changed
@@ -188,18 +189,19 @@ contains
          if (present(stress_status)) stress_status = status_invalid_argument
          return
       end if
-      if (present(stress)) allocate (sigma(lanes, 3, 3), surface(lanes, 3))
       call hold(environment)
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, rotation, convention, block, direction, state, held, normal=normal)
          input = status_ok
          call check_input(block, present(direction), input, changed)
-         call recover_block(section, block, s, f, m, found, sigma, surface)
-         where (found == status_ok .and. .not. vanishing(reshape(f, [3*lanes])) + vanishing(reshape(m, [3*lanes])) + 0*s <= 0) &
-            found = status_material_limit
+         call recover_block(section, block, r, found)
+         if (present(stress)) surface = spread(found, 2, 3)
+         where (found == status_ok .and. .not. vanishing(reshape(r%force, [3*lanes])) + vanishing(reshape(r%moment, [3*lanes])) &
+                + 0*r%stretch <= 0) found = status_material_limit
          where (input /= status_ok) found = input
-         if (allocated(surface)) then
+         if (present(stress)) then
             do i = 1, 3
+               call surface_stress(section, r, i, sigma(:, :, i), surface(:, i))
                where (surface(:, i) == status_ok .and. .not. vanishing(reshape(sigma(:, :, i), [3*lanes])) <= 0) &
                   surface(:, i) = status_material_limit
                where (found /= status_ok) surface(:, i) = found
@@ -211,9 +213,9 @@ contains
          end if
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
-            if (present(stretch)) stretch(first + l) = merge(s(l), 0.0_wp, found(l) == status_ok)
-            if (present(membrane_force)) membrane_force(:, first + l) = merge(f(l, :), 0.0_wp, found(l) == status_ok)
-            if (present(moment)) moment(:, first + l) = merge(m(l, :), 0.0_wp, found(l) == status_ok)
+            if (present(stretch)) stretch(first + l) = merge(r%stretch(l), 0.0_wp, found(l) == status_ok)
+            if (present(membrane_force)) membrane_force(:, first + l) = merge(r%force(l, :), 0.0_wp, found(l) == status_ok)
+            if (present(moment)) moment(:, first + l) = merge(r%moment(l, :), 0.0_wp, found(l) == status_ok)
             if (.not. present(stress)) cycle
             do i = 1, 3
                stress(:, i, first + l) = merge(sigma(l, :, i), 0.0_wp, surface(l, i) == status_ok)

@@ -4,14 +4,17 @@ module finshell_membrane_batch
    use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
    use finshell_evaluation, only: level_energy, level_force, level_tangent
-   use finshell_membrane, only: evaluate_membrane, membrane_result_t, membrane_t, n_membrane, recover_membrane
+   use finshell_element_fields, only: surface_stress
+   use finshell_membrane, only: evaluate_membrane, membrane_t, n_membrane, recover_membrane
+   use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
    use finshell_status, only: status_material_limit, status_not_a_number, status_ok
    use finshell_tension_field, only: state_slack, state_taut, state_wrinkled
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
    private
-   public :: evaluate_membranes, recover_membranes, n_membrane, state_slack, state_taut, state_wrinkled
+   public :: evaluate_membranes, recover_membranes, gather_membranes, check_membranes, n_membrane
+   public :: state_slack, state_taut, state_wrinkled
 
    !> Blocks a thread must have to pay (some 100 us of work).
    integer, parameter :: blocks_per_thread = 256
@@ -98,29 +101,33 @@ contains
       integer(i4), intent(out), optional :: stress_status(3, n)
       type(environment_t) :: environment
       type(membrane_t) :: block
-      type(membrane_result_t) :: r
+      type(recovered_t) :: r
+      real(wp) :: sigma(lanes, 3, 3)
+      integer(i4) :: surface(lanes, 3)
       integer(i4), dimension(lanes) :: found, input
       integer :: first, i, l
       logical :: changed, good
 
       call hold(environment)
       do first = 0, n - 1, lanes
-         call gather(first, n, x, u, block, direction)
+         call gather_membranes(first, n, x, u, block, direction)
          input = status_ok
-         call check_input(block, present(direction), input, changed)
-         call recover_membrane(section, block, present(stress), r, found)
+         call check_membranes(block, present(direction), input, changed)
+         call recover_membrane(section, block, r, found)
+         if (present(stress)) surface = spread(found, 2, 3)
          where (found == status_ok .and. .not. vanishing(reshape(r%force, [3*lanes])) + 0*r%stretch <= 0) &
             found = status_material_limit
          where (input /= status_ok) found = input
          if (present(stress)) then
             do i = 1, 3
-               where (r%stress_status(:, i) == status_ok .and. .not. vanishing(reshape(r%stress(:, :, i), [3*lanes])) <= 0) &
-                  r%stress_status(:, i) = status_material_limit
-               where (found /= status_ok) r%stress_status(:, i) = found
+               call surface_stress(section, r, i, sigma(:, :, i), surface(:, i))
+               where (surface(:, i) == status_ok .and. .not. vanishing(reshape(sigma(:, :, i), [3*lanes])) <= 0) &
+                  surface(:, i) = status_material_limit
+               where (found /= status_ok) surface(:, i) = found
             end do
             if (.not. present(stress_status)) then
-               found = max(found, maxval(r%stress_status, dim=2))
-               r%stress_status = spread(found, 2, 3)
+               found = max(found, maxval(surface, dim=2))
+               surface = spread(found, 2, 3)
             end if
          end if
          do l = 1, min(lanes, n - first)
@@ -128,16 +135,16 @@ contains
             good = found(l) == status_ok
             if (present(stretch)) stretch(first + l) = merge(r%stretch(l), 0.0_wp, good)
             if (present(membrane_force)) membrane_force(:, first + l) = merge(r%force(l, :), 0.0_wp, good)
-            if (present(state)) state(first + l) = merge(int(r%state(l), i4), 0_i4, good)
+            if (present(state)) state(first + l) = merge(r%state(l), 0_i4, good)
             if (present(ridge)) ridge(:, first + l) = merge(r%ridge(l, :), 0.0_wp, good)
             if (present(stress)) then
                do i = 1, 3
-                  stress(:, i, first + l) = merge(r%stress(l, :, i), 0.0_wp, r%stress_status(l, i) == status_ok)
+                  stress(:, i, first + l) = merge(sigma(l, :, i), 0.0_wp, surface(l, i) == status_ok)
                end do
             end if
             if (.not. present(stress_status)) cycle
             stress_status(:, first + l) = found(l)
-            if (present(stress)) stress_status(:, first + l) = r%stress_status(l, :)
+            if (present(stress)) stress_status(:, first + l) = surface(l, :)
          end do
       end do
       call release(environment)
@@ -158,11 +165,11 @@ contains
       logical :: changed
 
       used = min(lanes, n - first)
-      call gather(first, n, x, u, block, direction, toward)
+      call gather_membranes(first, n, x, u, block, direction, toward)
       do
          call evaluate_membrane(section, level, block, eb, fb, kb, found, sb)
          ! only now: what was gathered one by one can be read in lanes after a while
-         call check_input(block, present(direction), found, changed)
+         call check_membranes(block, present(direction), found, changed)
          if (.not. changed) exit
       end do
       status(first + 1:first + used) = found(1:used)
@@ -186,7 +193,7 @@ contains
    end subroutine evaluate_chunk
 
    !> Elements first + 1 ... of the batch, side by side; missing ones at the end repeat the first of the block.
-   pure subroutine gather(first, n, x, u, block, direction, toward)
+   pure subroutine gather_membranes(first, n, x, u, block, direction, toward)
       integer, intent(in) :: first, n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n)
       type(membrane_t), intent(out) :: block
@@ -205,7 +212,7 @@ contains
          if (present(direction)) block%direction(l, :) = direction(:, e)
          if (present(toward)) block%toward(l, :) = toward(:, e)
       end do
-   end subroutine gather
+   end subroutine gather_membranes
 
    !> Tangents of a block, upper triangles side by side, as full matrices one after the other. As in finshell_block: the compiler
    !> makes shuffles of it where it knows the sizes.
@@ -229,7 +236,7 @@ contains
    end subroutine separate
 
    !> NaN and infinity in the input; directions of an absurd length are brought back to a usual one.
-   pure subroutine check_input(block, has_direction, status, changed)
+   pure subroutine check_membranes(block, has_direction, status, changed)
       type(membrane_t), intent(inout) :: block
       logical, intent(in) :: has_direction
       integer(i4), intent(inout) :: status(lanes)
@@ -248,5 +255,5 @@ contains
       ignored = status_ok ! a direction of zeros is an error only where it is needed
       if (has_direction) call check_length(3, block%direction, ignored, changed)
       where (.not. total <= 0) status = status_not_a_number
-   end subroutine check_input
+   end subroutine check_membranes
 end module finshell_membrane_batch

@@ -13,7 +13,8 @@ module finshell_element
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_material_direction, only: material_direction
    use finshell_reference, only: reference_t, new_reference, hold_sides
-   use finshell_section, only: section_t, cauchy_stress, formulation_s
+   use finshell_recovered, only: recovered_t
+   use finshell_section, only: section_t, formulation_s
    use finshell_vector_rotation, only: vector_rotation_t, new_vector_rotation, turn_state, turned_frame, add_vector_curvature
    use finshell_voigt, only: rotate_stress
    implicit none
@@ -162,55 +163,45 @@ contains
                          predicted=stress)
    end subroutine predict_block
 
-   !> Resultants, thickness stretch and stresses of a block of elements; stresses only if they are asked for, since a law may end
-   !> at the surfaces before it ends at the integration points.
-   !>
-   !> Components refer to the material direction projected on the element and the in-plane normal to it, carried along by R.
-   pure subroutine recover_block(section, block, stretch, force, moment, status, stress, stress_status)
+   !> Strains, resultants and frames of a block of elements: what its fields are made of (finshell_element_fields).
+   pure subroutine recover_block(section, block, r, status)
       type(section_t), intent(in) :: section
       type(block_t), intent(in) :: block
-      real(wp), intent(out) :: stretch(lanes) !< thickness stretch of the midsurface
-      real(wp), intent(out) :: force(lanes, 3) !< N11, N22, N12 per reference length, conjugate to Green-Lagrange strain
-      real(wp), intent(out) :: moment(lanes, 3) !< M11, M22, M12
-      integer(i4), intent(out) :: status(lanes) !< of all but the stresses
-      real(wp), intent(out), optional :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
-      integer(i4), intent(out), optional :: stress_status(lanes, 3) !< (bottom, middle, top); comes with `stress`
+      type(recovered_t), intent(out) :: r
+      integer(i4), intent(out) :: status(lanes)
       type(reference_t) :: ref
       type(curved_t) :: curved
       type(filter_t) :: filter
       type(core_t) :: core
       type(heading_t) :: heading
       type(vector_rotation_t) :: vectors
-      real(wp) :: quaternion(lanes, 4, 3), axes(lanes, 2), back(lanes, 2), membrane(lanes, 3), curvature(lanes, 3)
+      real(wp) :: quaternion(lanes, 4, 3)
       integer :: i
 
       call deform(section, level_force, block, ref, curved, filter, vectors, quaternion, heading, status)
-      call material_direction(ref%frame, block%direction, axes, status)
-      call evaluate_core(section, level_force, ref, curved, filter, axes, heading, core, status)
-      stretch = core%stretch
+      call material_direction(ref%frame, block%direction, r%axes, status)
+      call evaluate_core(section, level_force, ref, curved, filter, r%axes, heading, core, status)
+      r%stretch = core%stretch
       do i = 1, 3
          if (curved%any) then
-            force(:, i) = mean(core%force(:, i))
-            moment(:, i) = mean(core%moment(:, i))
+            r%force(:, i) = mean(core%force(:, i))
+            r%moment(:, i) = mean(core%moment(:, i))
          else
-            force(:, i) = mean(core%resultants%n(:, i))
-            moment(:, i) = mean(core%resultants%m(:, i))
+            r%force(:, i) = mean(core%resultants%n(:, i))
+            r%moment(:, i) = mean(core%resultants%m(:, i))
          end if
-         membrane(:, i) = mean(core%membrane(:, i))
-         curvature(:, i) = mean(core%curvature(:, i))
+         r%membrane(:, i) = mean(core%membrane(:, i))
+         r%curvature(:, i) = mean(core%curvature(:, i))
+         r%frame(:, i, 1) = r%axes(:, 1)*filter%rotation(:, i, 1) + r%axes(:, 2)*filter%rotation(:, i, 2)
+         r%frame(:, i, 2) = r%axes(:, 1)*filter%rotation(:, i, 2) - r%axes(:, 2)*filter%rotation(:, i, 1)
       end do
+      r%energy = core%energy/(ref%area*section%thickness)
+      if (curved%any) r%energy = r%energy/curved%area
       ! from the element frame into the material direction
-      back(:, 1) = axes(:, 1)
-      back(:, 2) = -axes(:, 2)
-      call rotate_stress(lanes, back, force)
-      call rotate_stress(lanes, back, moment)
-      if (.not. (present(stress) .and. present(stress_status))) return
-      do i = 1, 3
-         stress_status(:, i) = status
-         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, membrane, curvature, axes, &
-                            stress(:, :, i), stress_status(:, i))
-         call rotate_stress(lanes, back, stress(:, :, i))
-      end do
+      r%back(:, 1) = r%axes(:, 1)
+      r%back(:, 2) = -r%axes(:, 2)
+      call rotate_stress(lanes, r%back, r%force)
+      call rotate_stress(lanes, r%back, r%moment)
    end subroutine recover_block
 
    !> Mean over the three in-plane points.

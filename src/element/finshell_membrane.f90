@@ -8,7 +8,8 @@ module finshell_membrane
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_material_direction, only: material_direction
    use finshell_membrane_section, only: integrate_membrane, membrane_force_t, membrane_switches_t
-   use finshell_section, only: section_t, cauchy_stress, midsurface_thickness
+   use finshell_recovered, only: recovered_t
+   use finshell_section, only: section_t, midsurface_thickness
    use finshell_status, only: status_collapsed_element, status_ok
    use finshell_strain_floor, only: rounding_of_solution, strain_floor
    use finshell_tension_field, only: relax, state_taut, state_wrinkled, tension_field_t
@@ -16,7 +17,7 @@ module finshell_membrane
    use finshell_voigt, only: rotate_strain, rotate_stress
    implicit none
    private
-   public :: membrane_t, membrane_result_t, evaluate_membrane, recover_membrane, n_membrane
+   public :: membrane_t, evaluate_membrane, recover_membrane, n_membrane
 
    integer, parameter :: n_membrane = 9 !< freedoms: u1 u2 u3, three components each
 
@@ -30,16 +31,6 @@ module finshell_membrane
       logical :: has_toward !< with level_tangent: the tangent is the one-sided one in this direction where a law has a switch
       real(wp) :: toward(lanes, n_membrane)
    end type membrane_t
-
-   !> Recovered results; components in the material direction projected on the element, carried along by its rotation.
-   type :: membrane_result_t
-      real(wp) :: stretch(lanes) !< of the thickness
-      real(wp) :: force(lanes, 3) !< N11, N22, N12, conjugate to Green-Lagrange strain; without what slack sheets bear
-      real(wp) :: stress(lanes, 3, 3) !< Cauchy stress (component; bottom, middle, top)
-      integer(i4) :: stress_status(lanes, 3)
-      integer :: state(lanes) !< state_slack, state_wrinkled or state_taut
-      real(wp) :: ridge(lanes, 3) !< unit vector along the ridges, global, in the deformed state; zero unless wrinkled
-   end type membrane_result_t
 
 contains
 
@@ -76,48 +67,68 @@ contains
       if (level >= level_tangent) call assemble_tangent(triangle, f1, f2, field%force, tangent)
    end subroutine evaluate_membrane
 
-   !> Recovered results of a block of elements; stresses only if asked for.
-   pure subroutine recover_membrane(section, block, with_stress, r, status)
+   !> Strains, resultants and frames of a block of elements: what its fields are made of (finshell_element_fields).
+   pure subroutine recover_membrane(section, block, r, status)
       type(section_t), intent(in) :: section
       type(membrane_t), intent(in) :: block
-      logical, intent(in) :: with_stress
-      type(membrane_result_t), intent(out) :: r
-      integer(i4), intent(out) :: status(lanes) !< of all but the stresses
+      type(recovered_t), intent(out) :: r
+      integer(i4), intent(out) :: status(lanes)
       type(triangle_t) :: triangle
       type(tension_field_t) :: field
-      real(wp), dimension(lanes, 3) :: f1, f2, strain, dl, no_curvature
-      real(wp) :: axes(lanes, 2), local(lanes, 2), back(lanes, 2), ddl(lanes, 6), length(lanes)
+      real(wp), dimension(lanes, 3) :: f1, f2, strain, dl
+      real(wp) :: axes(lanes, 2), ddl(lanes, 6), length(lanes)
       integer(i4) :: no_stretch(lanes)
       integer :: i
 
       call respond(section, level_force, block, triangle, f1, f2, strain, axes, field, status)
       ! material direction in the axes of the ridges
       call material_direction(triangle%frame, block%direction, axes, status)
-      local(:, 1) = axes(:, 1)*field%axes(:, 1) + axes(:, 2)*field%axes(:, 2)
-      local(:, 2) = axes(:, 2)*field%axes(:, 1) - axes(:, 1)*field%axes(:, 2)
+      r%axes(:, 1) = axes(:, 1)*field%axes(:, 1) + axes(:, 2)*field%axes(:, 2)
+      r%axes(:, 2) = axes(:, 2)*field%axes(:, 1) - axes(:, 1)*field%axes(:, 2)
+      r%membrane = field%strain
+      r%curvature = 0
       r%state = field%state
       no_stretch = status_ok
-      call midsurface_thickness(section, level_energy, field%strain, local, r%stretch, dl, ddl, no_stretch)
+      call midsurface_thickness(section, level_energy, field%strain, r%axes, r%stretch, dl, ddl, no_stretch)
       where (status == status_ok) status = no_stretch
+      r%energy = field%force%energy/section%thickness
       r%force = field%tension
-      back(:, 1) = local(:, 1)
-      back(:, 2) = -local(:, 2)
-      call rotate_stress(lanes, back, r%force)
+      r%moment = 0
+      r%back(:, 1) = r%axes(:, 1)
+      r%back(:, 2) = -r%axes(:, 2)
+      call rotate_stress(lanes, r%back, r%force)
+      call turn_ironed(field, strain, r%back)
       call turn(field%axes, f1, f2)
+      call frame_of(field, f1, f2, r%axes, r%frame)
       length = sqrt(f1(:, 1)**2 + f1(:, 2)**2 + f1(:, 3)**2)
       do i = 1, 3
          r%ridge(:, i) = merge(f1(:, i)/length, 0.0_wp, field%state == state_wrinkled .and. length > 0)
       end do
-      if (.not. with_stress) return
-      call turn_ironed(field, strain, back)
-      no_curvature = 0
-      do i = 1, 3
-         r%stress_status(:, i) = status
-         call cauchy_stress(section, section%offset + 0.5_wp*(i - 2)*section%thickness, field%strain, no_curvature, local, &
-                            r%stress(:, :, i), r%stress_status(:, i))
-         call rotate_stress(lanes, back, r%stress(:, :, i))
-      end do
    end subroutine recover_membrane
+
+   !> Material direction and the in-plane normal to it, carried along by the rotation of the ironed material: it brings U e_1 to the
+   !> line of the ridges, f_1.
+   pure subroutine frame_of(field, f1, f2, axes, frame)
+      type(tension_field_t), intent(in) :: field
+      real(wp), intent(in) :: f1(lanes, 3), f2(lanes, 3) !< along the axes of the ridges
+      real(wp), intent(in) :: axes(lanes, 2) !< of the material direction in those
+      real(wp), intent(out) :: frame(lanes, 3, 2)
+      real(wp) :: t(3, 2), p(2), jacobian
+      integer :: l
+      do l = 1, lanes
+         ! slack sheets may have collapsed: no direction
+         t(:, 1) = f1(l, :)/max(norm2(f1(l, :)), tiny(1.0_wp))
+         t(:, 2) = f2(l, :) - t(:, 1)*dot_product(t(:, 1), f2(l, :))
+         t(:, 2) = t(:, 2)/max(norm2(t(:, 2)), tiny(1.0_wp))
+         jacobian = sqrt(max((1 + 2*field%strain(l, 1))*(1 + 2*field%strain(l, 2)) - field%strain(l, 3)**2, 0.0_wp))
+         p = [1 + 2*field%strain(l, 1) + jacobian, field%strain(l, 3)]
+         p = p/max(norm2(p), tiny(1.0_wp))
+         ! the axes against U e_1
+         p = [axes(l, 1)*p(1) + axes(l, 2)*p(2), axes(l, 2)*p(1) - axes(l, 1)*p(2)]
+         frame(l, :, 1) = p(1)*t(:, 1) + p(2)*t(:, 2)
+         frame(l, :, 2) = p(1)*t(:, 2) - p(2)*t(:, 1)
+      end do
+   end subroutine frame_of
 
    !> Bring stresses of the ironed material to the facet: both share the line of the ridges, so that is what their rotations must
    !> bring to the same place.

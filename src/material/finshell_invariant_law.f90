@@ -29,6 +29,7 @@ module finshell_invariant_law
       procedure(response_interface), deferred :: response
       procedure :: plane_stress
       procedure :: switched_plane_stress
+      procedure :: fibres
    end type invariant_law_t
 
    abstract interface
@@ -52,6 +53,15 @@ contains
       integer(i4), intent(inout) :: status(n)
       call evaluate(self, n, level, e, w, s, d, status)
    end subroutine plane_stress
+
+   !> See finshell_material.
+   pure subroutine fibres(self, families, fibre)
+      class(invariant_law_t), intent(in) :: self
+      integer, intent(out) :: families
+      real(wp), intent(out) :: fibre(3, 2)
+      families = self%families
+      fibre = self%fibre
+   end subroutine fibres
 
    !> See finshell_material.
    pure subroutine switched_plane_stress(self, n, level, e, floor, w, s, d, status, rate, rate_floor)

@@ -22,6 +22,7 @@ module finshell_material
       logical :: switched = .false.
    contains
       procedure :: switched_plane_stress
+      procedure :: fibres
       procedure(plane_stress_interface), deferred :: plane_stress
       procedure(thickness_stretch_interface), deferred :: thickness_stretch
       procedure(reference_tangent_interface), deferred :: reference_tangent
@@ -78,4 +79,14 @@ contains
       real(wp), intent(in), optional :: rate_floor(n) !< what of it rounding alone can make; comes with `rate`
       call self%plane_stress(n, level, e, w, s, d, status)
    end subroutine switched_plane_stress
+
+   !> Families of fibres of the law: none here.
+   pure subroutine fibres(self, families, fibre)
+      class(material_t), intent(in) :: self
+      integer, intent(out) :: families !< 0 to 2
+      !> Cosine squared, sine squared and their product of the angle between material axis 1 and the fibres, of each family.
+      real(wp), intent(out) :: fibre(3, 2)
+      families = 0
+      fibre = 0
+   end subroutine fibres
 end module finshell_material

@@ -4,20 +4,22 @@ module finshell_monitoring
    use finshell_discretisation, only: evaluate_gathered, gather_elements, gathered_t
    use finshell_equilibrium, only: equilibrium_t
    use finshell_field, only: field_t
+   use finshell_field_batch, only: element_field_t, element_fields, n_element_fields
    use finshell_mesh, only: mesh_t, find_element_set, find_node_set
-   use finshell_monitor, only: monitor_t, output_t, monitor_displacement, monitor_rotation, monitor_reaction, &
-      monitor_reaction_moment, monitor_thickness_stretch, monitor_volume, monitor_energy, monitor_membrane_force, monitor_moment
+   use finshell_monitor, only: monitor_t, output_t, wanted_fields, reduce_mean, reduce_sum, reduce_max, reduce_min
+   use finshell_node_fields, only: node_field_t, node_fields, node_results_t, n_node_fields
+   use finshell_recovery, only: recovery_t, recover, recovered, small_part
+   use finshell_result_fields, only: result_field_t, result_fields, place_name, on_nodes, on_elements
    use finshell_volume, only: volume_behind
-   use finshell_quaternion, only: quaternion_to_rotation_vector
-   use finshell_recovery, only: recovery_t, recover, small_part
    use finshell_state, only: state_t, moved_state
    implicit none
    private
-   public :: watch_t, new_watch, monitored_values, needed_elements, point_fields, cell_fields, has_cell_fields
+   public :: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, cell_fields, cell_entries
 
-   !> A monitor with its nodes or elements looked up.
+   !> A monitor with its field, its nodes or its elements looked up.
    type :: watch_t
-      integer :: quantity = monitor_displacement, component = 0
+      type(result_field_t) :: field
+      integer :: component = 1, place = 1, reduce = reduce_mean
       real(wp) :: factor = 1
       integer, allocatable :: nodes(:), elements(:)
    end type watch_t
@@ -29,11 +31,15 @@ contains
       type(watch_t), intent(out) :: watch
       type(monitor_t), intent(in) :: monitor
       type(mesh_t), intent(in) :: mesh
+      type(result_field_t), allocatable :: table(:)
       logical, allocatable :: member(:)
       integer :: e
 
-      watch%quantity = monitor%quantity
-      watch%component = monitor%component
+      table = result_fields()
+      watch%field = table(monitor%quantity)
+      watch%component = max(1, monitor%component)
+      watch%place = monitor%place
+      watch%reduce = monitor%reduce
       watch%factor = monitor%factor
       if (allocated(monitor%node_set)) watch%nodes = mesh%node_sets(find_node_set(mesh, monitor%node_set))%members
       if (allocated(monitor%element_set)) then
@@ -48,58 +54,63 @@ contains
 
    !> One number per watch.
    recursive subroutine monitored_values(problem, state, watches, values, missing, recovery)
-      type(equilibrium_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
+      type(equilibrium_t), intent(in), target :: problem
+      type(state_t), intent(in), target :: state
       type(watch_t), intent(in) :: watches(:)
       real(wp), intent(out) :: values(:) !< (size(watches))
       logical, intent(out) :: missing(:) !< (size(watches)) an element has no such value; that of the watch is 0
       type(recovery_t), intent(in), optional :: recovery !< of the elements that the watches need, if there is one already
       type(recovery_t) :: own
-      real(wp) :: vector(3)
+      type(node_results_t) :: results
+      type(node_field_t) :: nodal(n_node_fields)
+      real(wp), allocatable :: one(:, :)
       integer :: i, k
 
       if (.not. present(recovery)) then
-         call recover(problem, state, needed_elements(watches, size(problem%structure%mesh%triangles, 2)), .false., own)
+         call recover(problem, state, watched_elements(watches, size(problem%structure%mesh%triangles, 2)), &
+                      watched_entries(watches), own)
          call monitored_values(problem, state, watches, values, missing, own)
          return
       end if
       missing = .false.
+      nodal = node_fields()
+      call new_node_results(problem, state, results)
       do i = 1, size(watches)
          associate (w => watches(i))
             values(i) = 0
-            select case (w%quantity)
-            case (monitor_displacement)
-               values(i) = sum(state%displacement(w%component, w%nodes))/size(w%nodes)
-            case (monitor_rotation)
-               do k = 1, size(w%nodes)
-                  vector = rotation_of(problem, state, w%nodes(k))
-                  values(i) = values(i) + vector(w%component)/size(w%nodes)
-               end do
-            case (monitor_reaction, monitor_reaction_moment)
-               k = w%component + merge(3, 0, w%quantity == monitor_reaction_moment)
-               values(i) = sum(problem%internal_force(k, w%nodes) - problem%external_force(k, w%nodes))
-            case (monitor_thickness_stretch, monitor_membrane_force, monitor_moment)
-               associate (place => recovery%place(w%elements))
-                  missing(i) = any(recovery%missing(place))
+            select case (w%field%on)
+            case (on_nodes)
+               one = reshape([(nodal(w%field%entry)%recover(results, w%nodes(k)), k=1, size(w%nodes))], [3, size(w%nodes)])
+               values(i) = reduced(one(w%component, :), w%reduce)
+            case (on_elements)
+               associate (field => recovery%fields(recovered(recovery, w%field%entry)), list => recovery%place(w%elements))
+                  missing(i) = any(field%missing(w%place, list))
                   if (missing(i)) cycle
-                  select case (w%quantity)
-                  case (monitor_thickness_stretch); values(i) = sum(recovery%stretch(place))/size(place)
-                  case (monitor_membrane_force); values(i) = sum(recovery%force(w%component, place))/size(place)
-                  case (monitor_moment); values(i) = sum(recovery%moment(w%component, place))/size(place)
-                  end select
+                  values(i) = reduced(field%values(w%component, w%place, list), w%reduce)
                end associate
-            case (monitor_volume)
-               values(i) = changed_volume(problem, state)
-            case (monitor_energy)
-               values(i) = changed_energy(problem, state)
+            case default
+               if (w%field%name == 'volume') values(i) = changed_volume(problem, state)
+               if (w%field%name == 'energy') values(i) = changed_energy(problem, state)
             end select
             values(i) = w%factor*values(i)
          end associate
       end do
    end subroutine monitored_values
 
+   !> One number out of several.
+   pure real(wp) function reduced(values, reduce)
+      real(wp), intent(in) :: values(:)
+      integer, intent(in) :: reduce
+      select case (reduce)
+      case (reduce_sum); reduced = sum(values)
+      case (reduce_max); reduced = maxval(values)
+      case (reduce_min); reduced = minval(values)
+      case default; reduced = sum(values)/size(values)
+      end select
+   end function reduced
+
    !> The elements whose recovered results the watches use.
-   pure function needed_elements(watches, elements) result(list)
+   pure function watched_elements(watches, elements) result(list)
       type(watch_t), intent(in) :: watches(:)
       integer, intent(in) :: elements !< their number in the mesh
       integer, allocatable :: list(:)
@@ -107,32 +118,32 @@ contains
       integer :: i
       needed = .false.
       do i = 1, size(watches)
-         select case (watches(i)%quantity)
-         case (monitor_thickness_stretch, monitor_membrane_force, monitor_moment)
-            needed(watches(i)%elements) = .true.
-         end select
+         if (watches(i)%field%on == on_elements) needed(watches(i)%elements) = .true.
       end do
       list = pack([(i, i=1, elements)], needed)
-   end function needed_elements
+   end function watched_elements
 
-   !> Rotation vector of a node. That of a linear change may be any multiple of a turn, which its quaternion does not know.
-   pure function rotation_of(problem, state, node) result(vector)
-      type(equilibrium_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: node
-      real(wp) :: vector(3)
-      logical :: linear
-      linear = allocated(problem%change)
-      if (linear) then
-         linear = problem%change%alone
-         if (.not. linear) linear = .not. any(abs(problem%state%rotation(2:4, node)) > 0)
-      end if
-      if (linear) then
-         vector = problem%change%motion(4:6, node)
-      else
-         vector = quaternion_to_rotation_vector(state%rotation(:, node))
-      end if
-   end function rotation_of
+   !> The element fields that the watches use.
+   pure function watched_entries(watches) result(list)
+      type(watch_t), intent(in) :: watches(:)
+      integer, allocatable :: list(:)
+      integer :: i
+      list = pack([(i, i=1, n_element_fields)], &
+                  [(any(watches%field%on == on_elements .and. watches%field%entry == i), i=1, n_element_fields)])
+   end function watched_entries
+
+   !> What nodal fields are made of.
+   subroutine new_node_results(problem, state, results)
+      type(equilibrium_t), intent(in), target :: problem
+      type(state_t), intent(in), target :: state
+      type(node_results_t), intent(out) :: results
+      results%state => state
+      results%internal_force => problem%internal_force
+      results%external_force => problem%external_force
+      if (.not. allocated(problem%change)) return
+      results%spin => problem%change%motion(4:6, :)
+      if (.not. problem%change%alone) results%base => problem%state%rotation
+   end subroutine new_node_results
 
    !> Volume of the state, or linearised.
    function changed_volume(problem, state) result(volume)
@@ -204,49 +215,63 @@ contains
 
    !> Nodal result fields.
    function point_fields(problem, state, output) result(fields)
-      type(equilibrium_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
+      type(equilibrium_t), intent(in), target :: problem
+      type(state_t), intent(in), target :: state
       type(output_t), intent(in) :: output
       type(field_t), allocatable :: fields(:)
-      real(wp), allocatable :: rotation(:, :)
-      integer :: i
-      fields = [field_t('displacement', 3, state%displacement)]
-      if (output%rotation) then
-         allocate (rotation(3, size(state%rotation, 2)))
-         do i = 1, size(rotation, 2)
-            rotation(:, i) = rotation_of(problem, state, i)
+      type(node_results_t) :: results
+      type(node_field_t) :: table(n_node_fields)
+      real(wp), allocatable :: values(:, :)
+      integer, allocatable :: entries(:)
+      integer :: i, k
+      table = node_fields()
+      call new_node_results(problem, state, results)
+      entries = wanted_entries(output, on_nodes)
+      allocate (fields(0), values(3, size(state%displacement, 2)))
+      do i = 1, size(entries)
+         do k = 1, size(values, 2)
+            values(:, k) = table(entries(i))%recover(results, k)
          end do
-         fields = [fields, field_t('rotation', 3, rotation)]
-      end if
-      if (output%reaction) fields = [fields, field_t('reaction', 3, problem%internal_force(1:3, :) &
-                                                     - problem%external_force(1:3, :))]
+         fields = [fields, field_t(trim(table(entries(i))%name), 3, values)]
+      end do
    end function point_fields
 
-   !> Are there element fields, so that all elements have to be recovered?
-   pure logical function has_cell_fields(output)
+   !> The element fields to be written.
+   pure function cell_entries(output) result(entries)
       type(output_t), intent(in) :: output
-      has_cell_fields = output%fields &
-         .and. (output%thickness_stretch .or. output%membrane_force .or. output%moment .or. output%stress)
-   end function has_cell_fields
+      integer, allocatable :: entries(:)
+      entries = wanted_entries(output, on_elements)
+   end function cell_entries
 
-   !> Element result fields, from the recovery of all elements.
+   !> Element result fields, from the recovery of all elements: one for each place.
    function cell_fields(output, recovery) result(fields)
       type(output_t), intent(in) :: output
       type(recovery_t), intent(in) :: recovery
       type(field_t), allocatable :: fields(:)
-      character(len=*), parameter :: heights(3) = [character(len=6) :: 'bottom', 'middle', 'top']
-      integer :: i
+      type(element_field_t) :: table(n_element_fields)
+      integer, allocatable :: entries(:)
+      integer :: i, p
+      table = element_fields()
+      entries = cell_entries(output)
       allocate (fields(0))
-      associate (r => recovery)
-         if (output%thickness_stretch) &
-            fields = [fields, field_t('thickness_stretch', 1, reshape(r%stretch, [1, size(r%stretch)]), r%missing)]
-         if (output%membrane_force) fields = [fields, field_t('membrane_force', 3, r%force, r%missing)]
-         if (output%moment) fields = [fields, field_t('moment', 3, r%moment, r%missing)]
-         if (output%stress) then
-            do i = 1, 3
-               fields = [fields, field_t('stress_'//trim(heights(i)), 3, (r%stress(:, i, :)), (r%missing_stress(i, :)))]
+      do i = 1, size(entries)
+         associate (made => recovery%fields(recovered(recovery, entries(i))), field => table(entries(i)))
+            do p = 1, size(made%values, 2)
+               fields = [fields, field_t(place_name(field, p), field%number, (made%values(:, p, :)), (made%missing(p, :)))]
             end do
-         end if
-      end associate
+         end associate
+      end do
    end function cell_fields
+
+   !> Entries of the table of nodal or of element fields that are to be written.
+   pure function wanted_entries(output, on) result(entries)
+      type(output_t), intent(in) :: output
+      integer, intent(in) :: on
+      integer, allocatable :: entries(:)
+      type(result_field_t), allocatable :: table(:)
+      integer, allocatable :: wanted(:)
+      table = result_fields()
+      wanted = wanted_fields(output)
+      entries = pack(table(wanted)%entry, table(wanted)%on == on)
+   end function wanted_entries
 end module finshell_monitoring

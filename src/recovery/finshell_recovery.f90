@@ -1,4 +1,4 @@
-!> Recovered results of elements: thickness stretch, resultants and stresses at a state, or of a linear change.
+!> Element fields at a state, or of a linear change, by the table of finshell_element_fields.
 !>
 !> What cannot be recovered is missing; it never ends a run. This happens to stresses, where the law ends before the surface of the
 !> section but beyond the integration points, which are all that equilibrium asks for.
@@ -6,20 +6,34 @@ module finshell_recovery
    use finshell_kinds, only: wp, i4
    use finshell_discretisation, only: gather_elements, gathered_t, recover_gathered
    use finshell_equilibrium, only: equilibrium_t
+   use finshell_field_batch, only: element_field_t, element_fields, field_value, field_places, n_element_fields, change_quadratic, &
+      change_none
    use finshell_state, only: state_t, moved_state
    use finshell_status, only: status_ok
+   use finshell_structure, only: structure_t
    implicit none
    private
-   public :: recovery_t, recover, small_part
+   public :: recovery_t, recovered_field_t, recover, recovered, most_layers, small_part
 
-   !> Results of a list of elements. What is missing is 0.
+   !> A field of a list of elements. What is missing is 0.
+   type :: recovered_field_t
+      integer :: entry = 0 !< in the table
+      real(wp), allocatable :: values(:, :, :) !< (component, place, element of the list)
+      logical, allocatable :: missing(:, :) !< (place, element of the list)
+   end type recovered_field_t
+
+   !> Fields of a list of elements.
    type :: recovery_t
       integer, allocatable :: place(:) !< (elements of the mesh) where an element is in the list, 0: it is not
-      real(wp), allocatable :: stretch(:), force(:, :), moment(:, :)
-      real(wp), allocatable :: stress(:, :, :) !< (component; bottom, middle, top; element), if asked for
-      logical, allocatable :: missing(:) !< stretch, force and moment of an element
-      logical, allocatable :: missing_stress(:, :) !< (bottom, middle, top; element)
+      type(recovered_field_t), allocatable :: fields(:)
    end type recovery_t
+
+   !> The like before the last stage: what the table's procedures find, see recover_fields.
+   type :: raw_t
+      real(wp), allocatable :: values(:, :) !< (row, element)
+      logical, allocatable :: missing(:, :) !< (place of a field, element)
+      real(wp), allocatable :: frame(:, :, :) !< (3, 2, element)
+   end type raw_t
 
 contains
 
@@ -34,94 +48,146 @@ contains
       if (largest > 0) small_part = small_rotation/largest
    end function small_part
 
-   !> Recovered results of some elements at a state, or of the linear change of the problem.
-   subroutine recover(problem, state, elements, with_stress, r)
+   !> Number of layers of the section that has most.
+   pure integer function most_layers(structure)
+      type(structure_t), intent(in) :: structure
+      integer :: i
+      most_layers = maxval([(size(structure%sections(i)%layers), i=1, size(structure%sections))])
+   end function most_layers
+
+   !> Fields of some elements at a state, or of the linear change of the problem.
+   subroutine recover(problem, state, elements, entries, r)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: elements(:)
-      logical, intent(in) :: with_stress
+      integer, intent(in) :: entries(:) !< of the table
       type(recovery_t), intent(out) :: r
       real(wp), parameter :: fibre_part = 1.0e-3_wp !< of a mode: small beside the motion that decides which fibres act
-      type(recovery_t) :: near, far
+      type(element_field_t) :: table(n_element_fields)
+      type(raw_t) :: raw, near, far
       type(state_t) :: base
       real(wp) :: part
+      integer :: i
 
+      allocate (r%place(size(problem%structure%element_section)), source=0)
+      r%place(elements) = [(i, i=1, size(elements))]
+      table = element_fields()
       if (.not. allocated(problem%change)) then
-         call recover_at(problem, state, elements, with_stress, r)
-         return
-      end if
-      call recover_at(problem, problem%state, elements, with_stress, r)
-      associate (change => problem%change)
-         part = small_part(change%motion, problem%detail)
-         if (change%alone) then
-            ! A mode has no sign: from both sides, with the fibres that counted for it.
-            base = problem%state
-            if (allocated(change%toward)) then
-               base = moved_state(base, change%toward, small_part(change%toward, problem%detail))
-               part = fibre_part*part
+         call recover_at(problem, state, elements, entries, table, raw)
+      else
+         base = problem%state
+         associate (change => problem%change)
+            part = small_part(change%motion, problem%detail)
+            if (change%alone) then
+               ! A mode has no sign: from both sides, with the fibres that counted for it.
+               if (allocated(change%toward)) then
+                  base = moved_state(base, change%toward, small_part(change%toward, problem%detail))
+                  part = fibre_part*part
+               end if
+               call recover_at(problem, base, elements, entries, table, raw)
+               call recover_at(problem, moved_state(base, change%motion, part), elements, entries, table, near)
+               call recover_at(problem, moved_state(base, change%motion, -part), elements, entries, table, far)
+               call combine([0.0_wp, 0.5_wp/part, -0.5_wp/part], [-2.0_wp, 1.0_wp, 1.0_wp]/(2*part**2))
+            else
+               ! From one side: where fibres begin to act the other one has another derivative.
+               call recover_at(problem, base, elements, entries, table, raw)
+               call recover_at(problem, moved_state(base, change%motion, part), elements, entries, table, near)
+               call recover_at(problem, moved_state(base, change%motion, 2*part), elements, entries, table, far)
+               call combine([1 - 1.5_wp/part, 2/part, -0.5_wp/part], &
+                            [1 - 1.5_wp/part, 2/part, -0.5_wp/part] + [1.0_wp, -2.0_wp, 1.0_wp]/(2*part**2))
             end if
-            call recover_at(problem, moved_state(base, change%motion, part), elements, with_stress, near)
-            call recover_at(problem, moved_state(base, change%motion, -part), elements, with_stress, far)
-            call combine([0.0_wp, 0.5_wp/part, -0.5_wp/part])
-         else
-            ! From one side: where fibres begin to act the other one has another derivative.
-            call recover_at(problem, moved_state(problem%state, change%motion, part), elements, with_stress, near)
-            call recover_at(problem, moved_state(problem%state, change%motion, 2*part), elements, with_stress, far)
-            call combine([1 - 1.5_wp/part, 2/part, -0.5_wp/part])
-         end if
-      end associate
+         end associate
+      end if
+      call finish(table, entries, most_layers(problem%structure), raw, r)
 
    contains
 
-      subroutine combine(w)
-         real(wp), intent(in) :: w(3)
-         r%stretch = w(1)*r%stretch + w(2)*near%stretch + w(3)*far%stretch
-         r%force = w(1)*r%force + w(2)*near%force + w(3)*far%force
-         r%moment = w(1)*r%moment + w(2)*near%moment + w(3)*far%moment
-         r%missing = r%missing .or. near%missing .or. far%missing
-         if (.not. with_stress) return
-         r%stress = w(1)*r%stress + w(2)*near%stress + w(3)*far%stress
-         r%missing_stress = r%missing_stress .or. near%missing_stress .or. far%missing_stress
+      !> To first order with weights w, to second with w2.
+      subroutine combine(w, w2)
+         real(wp), intent(in) :: w(3), w2(3)
+         real(wp) :: v(3)
+         integer :: f, first, last
+         raw%missing = raw%missing .or. near%missing .or. far%missing
+         last = 0
+         do f = 1, size(entries)
+            associate (field => table(entries(f)))
+               first = last + 1
+               last = last + field%raw*field_places(field, most_layers(problem%structure))
+               if (field%change == change_none) cycle
+               v = w
+               if (field%change == change_quadratic) v = w2
+               raw%values(first:last, :) = v(1)*raw%values(first:last, :) + v(2)*near%values(first:last, :) &
+                  + v(3)*far%values(first:last, :)
+            end associate
+         end do
       end subroutine combine
    end subroutine recover
 
-   !> The same at one state, whatever the sections; in the order of `elements`.
-   subroutine recover_at(problem, state, elements, with_stress, r)
+   !> What the table's procedures find at one state, whatever the sections; in the order of `elements`.
+   subroutine recover_at(problem, state, elements, entries, table, raw)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: elements(:)
-      logical, intent(in) :: with_stress
-      type(recovery_t), intent(out) :: r
+      integer, intent(in) :: elements(:), entries(:)
+      type(element_field_t), intent(in) :: table(:)
+      type(raw_t), intent(out) :: raw
       type(gathered_t) :: g
-      real(wp), allocatable :: l(:), n(:, :), m(:, :), sigma(:, :, :)
-      integer, allocatable :: mine(:)
-      integer(i4), allocatable :: status(:), stress_status(:, :)
-      integer :: i, s
+      real(wp), allocatable :: values(:, :), frame(:, :, :)
+      integer, allocatable :: mine(:), places(:)
+      integer(i4), allocatable :: status(:, :)
+      integer :: i, layers, rows, s
 
-      allocate (r%stretch(size(elements)), r%force(3, size(elements)), r%moment(3, size(elements)), r%missing(size(elements)))
-      if (with_stress) allocate (r%stress(3, 3, size(elements)), r%missing_stress(3, size(elements)))
       associate (structure => problem%structure)
-         allocate (r%place(size(structure%element_section)), source=0)
-         r%place(elements) = [(i, i=1, size(elements))]
+         layers = most_layers(structure)
+         places = [(field_places(table(entries(i)), layers), i=1, size(entries))]
+         rows = sum(places*table(entries)%raw)
+         allocate (raw%values(rows, size(elements)), raw%missing(sum(places), size(elements)), raw%frame(3, 2, size(elements)))
          do s = 1, size(structure%sections)
             mine = pack([(i, i=1, size(elements))], structure%element_section(elements) == s)
             if (size(mine) == 0) cycle
             call gather_elements(structure, state, elements(mine), g, problem%equations%held)
-            allocate (status(size(mine)), l(size(mine)), n(3, size(mine)), m(3, size(mine)))
-            ! not asked for, they stay unallocated, and so count as absent in the call
-            if (with_stress) allocate (sigma(3, 3, size(mine)), stress_status(3, size(mine)))
-            call recover_gathered(structure%sections(s), g, status, l, n, m, sigma, stress_status)
-            r%stretch(mine) = l
-            r%force(:, mine) = n
-            r%moment(:, mine) = m
-            r%missing(mine) = status /= status_ok
-            if (with_stress) then
-               r%stress(:, :, mine) = sigma
-               r%missing_stress(:, mine) = stress_status /= status_ok
-               deallocate (sigma, stress_status)
-            end if
-            deallocate (status, l, n, m)
+            allocate (values(rows, size(mine)), status(sum(places), size(mine)), frame(3, 2, size(mine)))
+            call recover_gathered(structure%sections(s), g, entries, layers, values, status, frame)
+            raw%values(:, mine) = values
+            raw%missing(:, mine) = status /= status_ok
+            raw%frame(:, :, mine) = frame
+            deallocate (values, status, frame)
          end do
       end associate
    end subroutine recover_at
+
+   !> The last stage, field by field.
+   subroutine finish(table, entries, layers, raw, r)
+      type(element_field_t), intent(in) :: table(:)
+      integer, intent(in) :: entries(:), layers
+      type(raw_t), intent(in) :: raw
+      type(recovery_t), intent(inout) :: r
+      integer :: e, f, p, place, row
+      allocate (r%fields(size(entries)))
+      row = 0
+      place = 0
+      do f = 1, size(entries)
+         associate (field => table(entries(f)), made => r%fields(f), elements => size(raw%values, 2))
+            made%entry = entries(f)
+            allocate (made%values(field%number, field_places(field, layers), elements), source=0.0_wp)
+            made%missing = raw%missing(place + 1:place + size(made%values, 2), :)
+            do p = 1, size(made%values, 2)
+               do e = 1, elements
+                  if (.not. made%missing(p, e)) &
+                     made%values(:, p, e) = field_value(field, raw%values(row + 1:row + field%raw, e), raw%frame(:, :, e))
+               end do
+               row = row + field%raw
+            end do
+            place = place + size(made%values, 2)
+         end associate
+      end do
+   end subroutine finish
+
+   !> Where a field of the table is in a recovery, which has it.
+   pure integer function recovered(r, entry)
+      type(recovery_t), intent(in) :: r
+      integer, intent(in) :: entry
+      do recovered = size(r%fields), 2, -1
+         if (r%fields(recovered)%entry == entry) exit
+      end do
+   end function recovered
 end module finshell_recovery

@@ -375,7 +375,7 @@ contains
       sigma(:, 2) = ((u(:, 3)*s(:, 1) + u(:, 2)*s(:, 3))*u(:, 3) + a(:, 2)*u(:, 2))*inverse
    end subroutine cauchy_stress
 
-   !> Cosine and sine of the layer's axis 1 from those of the element's material direction.
+   !> Cosine and sine of axis 1 of the law of a layer, where those of the material direction are `axes`.
    pure subroutine layer_direction(layer, axes, direction)
       type(layer_t), intent(in) :: layer
       real(wp), intent(in) :: axes(:, :)

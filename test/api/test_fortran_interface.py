@@ -16,7 +16,7 @@ import installed  # noqa: E402
 MODULE = os.path.join(installed.SOURCE, "api", "finshell_c.f90")
 LIBRARY = os.environ.get("FINSHELL_LIB", "")
 FLANG = next((path for path in map(shutil.which, ("flang-new", "flang", "flang-new-19", "flang-19")) if path), None)
-STRUCTURES = ("status", "parameter", "layer", "elements")
+STRUCTURES = ("status", "parameter", "layer", "elements", "field_entry")
 # What an argument of the header is in Fortran (name left out).
 KINDS = {
     "int32_t": "integer(c_int32_t), value", "double": "real(c_double), value",
@@ -27,7 +27,8 @@ KINDS = {
     "finshell_section *": "type(c_ptr), value", "finshell_section **": "type(c_ptr), intent(out)",
     "const finshell_layer *": "type(finshell_layer), intent(in), optional (*)",
     "const finshell_elements *": "type(finshell_elements), intent(in)",
-    "finshell_parameter *": "type(finshell_parameter), intent(out), optional"}
+    "finshell_parameter *": "type(finshell_parameter), intent(out), optional",
+    "finshell_field_entry *": "type(finshell_field_entry), intent(out), optional"}
 PROGRAM = """program square
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_sizeof
    use finshell_c
@@ -39,6 +40,7 @@ PROGRAM = """program square
    real(c_double), target :: x(3, 3, 2), u(3, 3, 2), t(3, 3, 2), normals(3, 3, 2)
    real(c_double) :: energy(2), force(18, 2), tangent(18, 18, 2), again(18, 2), moment(3, 2), volume(2), facets(2)
    integer(c_int32_t) :: code
+   real(c_double) :: membrane(3, 2), found(3, 2)
 
    if (finshell_abi() /= finshell_abi_number) error stop 'library and module do not fit'
    x = reshape([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0], [3, 3, 2])
@@ -58,6 +60,9 @@ PROGRAM = """program square
    elements%x = c_loc(x)
    elements%u = c_loc(u)
    elements%rotations = c_loc(t)
+   if (finshell_elements_recover(section, elements, membrane_force=membrane) /= finshell_ok) error stop 'not recovered'
+   if (finshell_recover_field(section, elements, 'membrane_force'//c_null_char, found) /= finshell_ok) error stop 'no field'
+   if (.not. all(abs(membrane) > 0) .or. any(abs(membrane - found) > 0)) error stop 'field differs'
    normals = spread(reshape([0, 0, 0, 0, 0, 0, 1, 1, 1], [3, 3], order=[2, 1]), 3, 2)
    elements%normals = c_loc(normals)
    if (finshell_elements_evaluate(section, elements, force=again, status=status) /= finshell_ok) error stop 'block refused'
@@ -158,7 +163,7 @@ class Interface(unittest.TestCase):
             sys.path.insert(0, os.path.join(installed.SOURCE, "api", "python"))
             from finshell import _library
             by_ctypes = {"status": _library.Status, "parameter": _library.CParameter, "layer": _library.CLayer,
-                         "elements": _library.CElements}
+                         "elements": _library.CElements, "field_entry": _library.CField}
             lines = []
             for name, fields in members.items():
                 lines.append(f"{name} {ctypes.sizeof(by_ctypes[name])}")

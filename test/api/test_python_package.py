@@ -50,7 +50,8 @@ class Header(unittest.TestCase):
                  "const finshell_section *": ctypes.c_void_p, "finshell_section *": ctypes.c_void_p,
                  "finshell_section **": ctypes.POINTER(ctypes.c_void_p), "const char *const *": _library._N,
                  "const finshell_layer *": ctypes.POINTER(_library.CLayer), "const finshell_elements *": _library._E,
-                 "finshell_parameter *": ctypes.POINTER(_library.CParameter), "void": None}
+                 "finshell_parameter *": ctypes.POINTER(_library.CParameter),
+                 "finshell_field_entry *": ctypes.POINTER(_library.CField), "void": None}
         found = re.findall(r"^(const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.text, re.M)
         self.assertEqual({name for _, name, _ in found}, set(_library._PROTOTYPES))
         for result, name, arguments in found:
@@ -61,7 +62,7 @@ class Header(unittest.TestCase):
 
     def test_structures(self):
         for name, structure in (("status", _library.Status), ("layer", _library.CLayer), ("parameter", _library.CParameter),
-                                ("elements", _library.CElements)):
+                                ("elements", _library.CElements), ("field_entry", _library.CField)):
             fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.text, re.S).group(1)
             names = [re.search(r"(\w+)(\[\d+\])?$", f.strip()).group(1) for f in fields.split(";") if f.strip()]
             self.assertEqual([f[0] for f in structure._fields_], names)
@@ -265,6 +266,31 @@ class Elements(unittest.TestCase):
         # second Piola-Kirchhoff resultant: N = h sigma_11 / l^2 (J = 1)
         np.testing.assert_allclose(r.membrane_force[:, 0], 0.1 * 200 * (1 - thickness**4), rtol=1e-10)
         np.testing.assert_allclose(r.moment, 0, atol=1e-12)
+
+    def test_fields_by_name(self):
+        table = {f.name: f for f in finshell.fields()}
+        self.assertEqual(table["stress"].components, ("11", "22", "12"))
+        self.assertEqual((table["stress"].at, table["fibre_stretch"].at, table["energy_density"].at), ("surfaces", "layers", "element"))
+        u, t = bent()
+        section = rubber()
+        r = section.recover(SQUARE, u, t)
+        np.testing.assert_array_equal(section.recover_field("stress", SQUARE, u, t), r.stress)
+        np.testing.assert_array_equal(section.recover_field("moment", SQUARE, u, t), r.moment)
+        np.testing.assert_array_equal(section.recover_field("thickness_stretch", SQUARE, u, t), r.stretch)
+        values = np.linalg.eigvalsh(r.stress[:, :, [0, 2, 2, 1]].reshape(2, 3, 2, 2))[:, :, ::-1]
+        np.testing.assert_allclose(section.recover_field("principal_stress", SQUARE, u, t), values, rtol=1e-12, atol=1e-12)
+        density = section.recover_field("energy_density", SQUARE, u, t)
+        np.testing.assert_allclose(density * 0.5 * 0.1, section.evaluate(SQUARE, u, t).energy, rtol=1e-12)
+        layer = finshell.Layer("st_venant_kirchhoff", {"e": 1000.0, "nu": 0.3}, 0.05)
+        two = finshell.Section.layered([layer, layer])
+        self.assertEqual(two.recover_field("material_stress", SQUARE, u, t).shape, (2, 2, 3))
+        self.assertEqual(two.recover_field("strain", SQUARE[:0], u[:0], t[:0]).shape, (0, 3, 3))
+        with self.assertRaisesRegex(ValueError, "unknown field 'colour', there are: .*strain"):
+            section.recover_field("colour", SQUARE, u, t)
+        u[1, 0, 0] = np.nan
+        with self.assertRaises(finshell.Error):
+            section.recover_field("strain", SQUARE, u, t)
+        self.assertTrue((section.recover_field("strain", SQUARE, u, t, raise_errors=False)[1] == 0).all())
 
     def test_layers(self):
         layer = finshell.Layer("st_venant_kirchhoff", {"e": 1000.0, "nu": 0.3}, 0.05, angle=30.0)

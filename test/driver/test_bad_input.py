@@ -86,6 +86,19 @@ class BadInput(unittest.TestCase):
     def test_unterminated_group(self):
         self.refuse(GOOD.replace("component = 'z' node_set = 'edge_x1' /", "component = 'z' node_set = 'edge_x1'"), "model.nml:7", "monitor")
 
+    def test_monitors(self):
+        def monitor(keys):
+            return GOOD + "&monitor name = 'q' " + keys + " /\n"
+        self.refuse(monitor("quantity = 'strains' component = '11'"), "model.nml:8", "did you mean 'strain'?")
+        self.refuse(monitor("quantity = 'strain'"), "model.nml:8", "component")
+        self.refuse(monitor("quantity = 'strain' component = '33'"), "model.nml:8", "11, 22, 12")
+        self.refuse(monitor("quantity = 'strain' component = '11' height = 'outside'"), "model.nml:8", "bottom, middle, top")
+        self.refuse(monitor("quantity = 'moment' component = '11' height = 'top'"), "model.nml:8", "height")
+        self.refuse(monitor("quantity = 'material_stress' component = '11' layer = 2"), "model.nml:8", "layer")
+        self.refuse(monitor("quantity = 'energy' reduce = 'max'"), "model.nml:8", "reduce")
+        self.refuse(monitor("quantity = 'energy_density' reduce = 'median'"), "model.nml:8", "mean, sum, max, min")
+        self.refuse(GOOD + "&output fields = 'energy' /\n", "model.nml:8", "energy_density")
+
     def test_missing_input_file(self):
         result = subprocess.run([PROGRAM, "run", "absent.nml"], cwd=self.folder.name, capture_output=True, text=True, check=False)
         self.assertEqual(result.returncode, 2)

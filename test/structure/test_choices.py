@@ -7,11 +7,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = {  # file of src/io/input that reads groups: headings of their description
     "mesh": ["mesh"], "normals": ["mesh"], "section": ["material", "section"], "direction": ["section"], "support": ["support"], "load": ["load"],
-    "step": ["step"], "output": ["monitor", "output"],
+    "step": ["step"], "output": ["monitor", "output", "fields"],
 }
 LISTS = {  # lists that are made elsewhere: file, pattern of the statement
     "diagonal_names": ("model/finshell_mesh_grid.f90", r"diagonal_names = ('.*?')"),
-    "quantities": ("model/finshell_monitor.f90", r"quantity_names\(\d+\) = \[(.*?)\]"),
+    "reduce_names": ("model/finshell_monitor.f90", r"reduce_names = ('.*?')"),
     "law_names()": ("material/finshell_registry.f90", r"parameter :: \w+\(\d*\*?\) = \[(.*?'orthotropic'.*?)\]"),
 }
 NOT_CHOICES = {"all", "step 1"}  # defaults of names
@@ -27,12 +27,34 @@ def words_of(text):
     return {word.strip() for quoted in re.findall(r"'([^']*)'", text) for word in quoted.split(",") if word.strip()}
 
 
+def field_rows(sources):
+    """The table of doc/namelist.md on fields, as the tables of the sources have it: a line each."""
+    places = {"element": "element", "surfaces": "bottom, middle, top", "layers": "each layer"}
+    found = []
+    for name, components, dimension, meaning in re.findall(r"field\('(\w+)', '([^']*)', '([^']*)', \.\w+\., \w+,\s*'([^']*)'",
+                                                           joined(sources["model/finshell_node_fields.f90"])):
+        found.append((name, components, "node", dimension, meaning))
+    for name, components, place, dimension, meaning in re.findall(r"field\('(\w+)', '([^']*)', at_(\w+), '([^']*)', \w+,\s*'([^']*)'",
+                                                                  joined(sources["element/finshell_element_fields.f90"])):
+        found.append((name, components, places[place], dimension, meaning))
+    for name, dimension, meaning in re.findall(r"whole\('(\w+)', '([^']*)',\s*'([^']*)'", joined(sources["model/finshell_result_fields.f90"])):
+        found.append((name, "", "structure", dimension, meaning))
+    return ["| " + " | ".join([f"`'{name}'`", ", ".join(f"`'{c.strip()}'`" for c in components.split(",") if c.strip()), *rest]) + " |"
+            for name, components, *rest in found]
+
+
 def choices(part, sources):
     """The words one can choose from in the groups that a file reads."""
     text = joined(sources[f"io/input/finshell_input_{part}.f90"])
     found = set()
-    for given in re.findall(r"choices=('[^']*'|\w+(?:\(\))?)", text) + re.findall(r"get_component\(group, ('[^']*')", text):
-        if given.startswith("'"):
+    for given in re.findall(r"choices=('[^']*'|\w+(?:\(\))?)", text) + re.findall(r"get_component\(group, ('[^']*')", text) \
+            + re.findall(r"read_choice\(group, '\w+', (\w+)", text):
+        if given == "list":  # of read_choice, whose calls are looked at
+            continue
+        if given == "field_list":
+            for row in field_rows(sources):
+                found |= set(re.findall(r"`'([^'`]*)'`", row))
+        elif given.startswith("'"):
             found |= words_of(given)
         elif given in LISTS:
             file, pattern = LISTS[given]
@@ -74,6 +96,14 @@ class Choices(unittest.TestCase):
     def test_choices_and_documentation_agree(self):
         self.assertEqual(differences(self.sources, self.document), [])
 
+    def test_table_of_fields_is_that_of_the_sources(self):
+        part = re.search(r"^## fields$(.*?)(?=^## |\Z)", self.document, re.S | re.M).group(1)
+        rows = [line for line in part.splitlines() if line.startswith("| `")]
+        self.assertEqual(rows, field_rows(self.sources))
+        number = sum(int(re.search(rf"{name} = (\d+)", self.sources[file]).group(1)) for file, name in
+                     (("element/finshell_element_fields.f90", "n_element_fields"), ("model/finshell_node_fields.f90", "n_node_fields")))
+        self.assertEqual(len(rows), number + 2)
+
     def test_every_list_is_seen(self):
         count = sum(len(choices(part, self.sources)) for part in PARTS)
         self.assertGreater(count, 85)
@@ -82,16 +112,18 @@ class Choices(unittest.TestCase):
                 self.assertIn(re.sub(r"io/input/finshell_input_(\w+)\.f90", r"\1", file), PARTS, f"{file} reads choices: add it here")
 
     def test_a_word_more_is_noticed(self):
-        for part, old, new in (("mesh", "annulus, strip'", "annulus, strip, torus'"), ("output", "moment, stress'", "moment, stress, strain'"),
+        for part, old, new in (("mesh", "annulus, strip'", "annulus, strip, torus'"), ("output", "bottom, middle, top'", "bottom, middle, top, outside'"),
                                ("step", "'paper, tight'", "'paper, tight, loose'"), ("support", "symmetry, components'", "symmetry, spring, components'"),
                                ("load", "pressure, gravity'", "pressure, wind, gravity'")):
             name = f"io/input/finshell_input_{part}.f90"
             self.assertIn(old, self.sources[name])
             self.assertEqual(len(differences({**self.sources, name: self.sources[name].replace(old, new)}, self.document)), 1)
         for file, old, new in (("material/finshell_registry.f90", "'linear_elastic', 'orthotropic'", "'linear_elastic', 'hencky', 'orthotropic'"),
-                               ("model/finshell_monitor.f90", "'rotation', 'reaction'", "'rotation', 'spin', 'reaction'")):
+                               ("model/finshell_monitor.f90", "max, min'", "max, min, median'"),
+                               ("model/finshell_node_fields.f90", "field('reaction',", "field('reactions',"),
+                               ("element/finshell_element_fields.f90", "field('moment', '11, 22, 12'", "field('moment', '11, 22, 13'")):
             self.assertIn(old, self.sources[file])
-            self.assertEqual(len(differences({**self.sources, file: self.sources[file].replace(old, new)}, self.document)), 1)
+            self.assertIn(len(differences({**self.sources, file: self.sources[file].replace(old, new)}, self.document)), (1, 2))
         self.assertEqual(len(differences(self.sources, self.document.replace("`'annulus'`, ", "", 1))), 1)
         self.assertEqual(len(differences(self.sources, self.document.replace("`'annulus'`, ", "`'annulus'`, `'torus'`, ", 1))), 1)
 

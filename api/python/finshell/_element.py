@@ -9,6 +9,7 @@ from typing import Any, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
+from ._field import fields
 from ._library import (CElements, CLayer, Codes, Doubles, Status, array, check, code_pointer, library, pairs, pointer)
 
 
@@ -92,7 +93,7 @@ class Section:
         library().finshell_section_create(material.encode(), len(parameters), names, values, thickness, len(options), option_names,
                                           option_values, ctypes.byref(handle), ctypes.byref(status))
         check(status)
-        self._own(handle)
+        self._own(handle, 1)
 
     @classmethod
     def layered(cls, layers: Sequence[Layer], **options: float) -> "Section":
@@ -111,11 +112,11 @@ class Section:
                                                   ctypes.byref(handle), ctypes.byref(status))
         check(status)
         section = cls.__new__(cls)
-        section._own(handle)
+        section._own(handle, len(layers))
         return section
 
-    def _own(self, handle: ctypes.c_void_p) -> None:
-        self._handle = handle
+    def _own(self, handle: ctypes.c_void_p, layers: int) -> None:
+        self._handle, self._layers = handle, layers
         weakref.finalize(self, library().finshell_section_destroy, handle)
 
     def evaluate(self, X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
@@ -155,6 +156,23 @@ class Section:
         if raise_errors or status.index < 0:
             check(status)
         return result
+
+    def recover_field(self, name: str, X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
+                      direction: Any = None, normals: Any = None, straight: Any = None, raise_errors: bool = True) -> Doubles:
+        """An element field of `finshell.fields()`: (n, places, components), without the second for fields "at" the element and
+        without the last for scalars; other arguments as in `evaluate`. Failed elements have zeros."""
+        field = next((f for f in fields() if f.name == name), None)
+        if field is None:
+            raise ValueError(f"unknown field {name!r}, there are: {', '.join(f.name for f in fields())}")
+        elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight)
+        places = {"element": (), "surfaces": (3,), "layers": (self._layers,)}[field.at]
+        values = np.zeros((elements.n, *places, *((len(field.components),) if field.components else ())))
+        codes, status = np.zeros(elements.n, np.int32), Status()
+        library().finshell_recover_field(self._handle, elements.reference, name.encode(), pointer(values), code_pointer(codes),
+                                         ctypes.byref(status))
+        if raise_errors or status.index < 0:
+            check(status)
+        return values
 
     def mass(self, X: Any, *, lumped: bool = False) -> Doubles:
         """Mass matrices (n, 18, 18) of n elements, or with `lumped` their diagonals (n, 18), from the density of the section."""

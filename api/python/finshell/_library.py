@@ -44,6 +44,13 @@ class CParameter(ctypes.Structure):
                 ("example", ctypes.c_double), ("required", ctypes.c_int32), ("padding", ctypes.c_int32)]
 
 
+class CField(ctypes.Structure):
+    """finshell_field_entry of finshell.h."""
+
+    _fields_ = [("name", ctypes.c_char * 32), ("components", ctypes.c_char * 32), ("dimension", ctypes.c_char * 32),
+                ("meaning", ctypes.c_char * 128), ("number", ctypes.c_int32), ("at", ctypes.c_int32)]
+
+
 _POINTERS = ("X", "u", "rotations", "state", "direction", "normals", "toward", "straight")
 
 
@@ -121,6 +128,9 @@ _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_recover": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _D, _C, _S]),
     "finshell_mass_matrix": (_I, [_P, _I, _D, _D, _D, _C, _S]),
     "finshell_pressure_load": (_I, [_I, _D, _D, _D, _I, _D, _D, _D, _C, _S]),
+    "finshell_field_count": (_I, []),
+    "finshell_field_information": (_I, [_I, ctypes.POINTER(CField), _S]),
+    "finshell_recover_field": (_I, [_P, _E, ctypes.c_char_p, _D, _C, _S]),
     "finshell_rotation_exp": (_I, [_I, _D, _D, _C, _S]),
     "finshell_rotation_log": (_I, [_I, _D, _D, _C, _S]),
     "finshell_rotation_compose": (_I, [_I, _D, _D, _D, _C, _S]),

@@ -254,7 +254,7 @@ contains
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'monitor') cycle
          n = n + 1
-         call read_monitor(namelist%groups(i), input%structure%mesh, input%monitors(n), error)
+         call read_monitor(namelist%groups(i), input%structure%mesh, input%structure%sections, input%monitors(n), error)
          if (allocated(error)) return
          do j = 1, n - 1
             if (input%monitors(j)%name /= input%monitors(n)%name) cycle

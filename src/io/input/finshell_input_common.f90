@@ -8,7 +8,7 @@ module finshell_input_common
    use finshell_text, only: nearest_name, read_whole_file, is_blank, parse_real
    implicit none
    private
-   public :: get_set, get_sets, get_component, get_vector, read_vector_file, place_error, check_name
+   public :: get_set, get_sets, get_component, position_of, get_vector, read_vector_file, place_error, check_name
    public :: kind_node, kind_element, kind_edge
 
    integer, parameter :: kind_node = 1, kind_element = 2, kind_edge = 3
@@ -88,7 +88,7 @@ contains
       end if
    end subroutine check_set
 
-   !> The key component: position of its value in a list of three, 'x, y, z' or '11, 22, 12'; 0 when absent.
+   !> The key component: position of its value in a list, 'x, y, z' or '11, 22, 12'; 0 when absent.
    subroutine get_component(group, choices, component, error, required)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: choices
@@ -96,7 +96,6 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       logical, intent(in) :: required
       character(len=:), allocatable :: name
-      integer :: at
 
       component = 0
       if (required) then
@@ -105,11 +104,18 @@ contains
          call get(group, 'component', name, error, default='', choices=choices)
       end if
       if (allocated(error) .or. name == '') return
-      do at = 1, index(choices, name)
-         if (choices(at:at) == ',') component = component + 1
-      end do
-      component = component + 1
+      component = position_of(name, choices)
    end subroutine get_component
+
+   !> Position of a word in a list of words that are no part of each other: 'x, y, z'.
+   pure integer function position_of(word, list)
+      character(len=*), intent(in) :: word, list
+      integer :: i
+      position_of = 1
+      do i = 1, index(list, word)
+         if (list(i:i) == ',') position_of = position_of + 1
+      end do
+   end function position_of
 
    !> A key with three numbers. Without `default` it is required.
    subroutine get_vector(group, key, vector, error, default, nonzero)

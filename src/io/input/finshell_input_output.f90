@@ -3,18 +3,16 @@ module finshell_input_output
    use finshell_kinds, only: wp
    use finshell_error, only: error_t
    use finshell_mesh, only: mesh_t
-   use finshell_monitor, only: monitor_t, output_t, quantity_of
-   use finshell_monitor, only: monitor_displacement, monitor_rotation, monitor_reaction, monitor_reaction_moment
-   use finshell_monitor, only: monitor_volume, monitor_energy, monitor_membrane_force, monitor_moment
+   use finshell_monitor, only: monitor_t, output_t, reduce_mean, reduce_sum, reduce_names
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
-   use finshell_input_common, only: get_set, get_component, check_name, kind_node, kind_element
+   use finshell_input_common, only: get_set, get_component, position_of, check_name, kind_node, kind_element
+   use finshell_result_fields, only: result_field_t, result_fields, find_field, field_names, on_nodes, on_elements, on_structure
+   use finshell_section, only: section_t
    implicit none
    private
    public :: read_monitor, read_output
 
-   !> Fields of the result file beside the displacement, which is always there.
-   character(len=*), parameter :: field_names = &
-      'displacement, rotation, reaction, thickness_stretch, membrane_force, moment, stress'
+   character(len=*), parameter :: height_names = 'bottom, middle, top'
    !> Columns of the history that are always there.
    character(len=*), parameter :: own_columns = &
       ', increment, load_factor, iterations, negative_pivots, critical_point, residual, correction,'
@@ -22,65 +20,98 @@ module finshell_input_output
 contains
 
    !> &monitor: a column of the history.
-   subroutine read_monitor(group, mesh, monitor, error)
+   subroutine read_monitor(group, mesh, sections, monitor, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
+      type(section_t), intent(in) :: sections(:)
       type(monitor_t), intent(out) :: monitor
       type(error_t), allocatable, intent(inout) :: error
-      character(len=:), allocatable :: quantity, quantities
-      integer :: unused
+      type(result_field_t), allocatable :: table(:)
+      character(len=:), allocatable :: quantity, field_list
 
       if (allocated(error)) return
-      call quantity_of('', unused, quantities)
+      table = result_fields()
+      field_list = field_names(only_items=.false.)
       call get(group, 'name', monitor%name, error)
       if (.not. allocated(error)) call check_name(group, 'name', monitor%name, error)
-      call get(group, 'quantity', quantity, error, choices=quantities)
+      call get(group, 'quantity', quantity, error, choices=field_list)
       call get(group, 'factor', monitor%factor, error, default=1.0_wp)
       if (allocated(error)) return
       if (index(own_columns, ', '//monitor%name//',') > 0) then
          call complain_about(group, 'name', "the history has a column '"//monitor%name//"' of its own", error)
          return
       end if
-      call quantity_of(quantity, monitor%quantity, quantities)
-      select case (monitor%quantity)
-      case (monitor_displacement, monitor_rotation, monitor_reaction, monitor_reaction_moment)
-         call get_set(group, kind_node, mesh, monitor%node_set, error)
-         call get_component(group, 'x, y, z', monitor%component, error, required=.true.)
-      case (monitor_volume, monitor_energy)
-      case default
-         if (has(group, 'element_set') .and. has(group, 'node_set')) then
-            call complain_about(group, 'node_set', 'either node_set or element_set is expected', error)
-         else if (has(group, 'node_set')) then
+      monitor%quantity = find_field(quantity)
+      associate (field => table(monitor%quantity))
+         select case (field%on)
+         case (on_nodes)
             call get_set(group, kind_node, mesh, monitor%node_set, error)
-         else
-            call get_set(group, kind_element, mesh, monitor%element_set, error, default='all')
-         end if
-         if (monitor%quantity == monitor_membrane_force .or. monitor%quantity == monitor_moment) &
-            call get_component(group, '11, 22, 12', monitor%component, error, required=.true.)
-      end select
+         case (on_elements)
+            if (has(group, 'element_set') .and. has(group, 'node_set')) then
+               call complain_about(group, 'node_set', 'either node_set or element_set is expected', error)
+            else if (has(group, 'node_set')) then
+               call get_set(group, kind_node, mesh, monitor%node_set, error)
+            else
+               call get_set(group, kind_element, mesh, monitor%element_set, error, default='all')
+            end if
+            call read_place(group, field, sections, monitor, error)
+         end select
+         if (field%components /= '') call get_component(group, trim(field%components), monitor%component, error, required=.true.)
+         monitor%reduce = merge(reduce_sum, reduce_mean, field%adds_up)
+         if (field%on /= on_structure) call read_choice(group, 'reduce', reduce_names, monitor%reduce, error)
+      end associate
       call check_all_used(group, error)
    end subroutine read_monitor
+
+   !> The place in the element of a field that has several.
+   subroutine read_place(group, field, sections, monitor, error)
+      type(group_t), intent(inout) :: group
+      type(result_field_t), intent(in) :: field
+      type(section_t), intent(in) :: sections(:)
+      type(monitor_t), intent(inout) :: monitor
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+      if (field%surfaces) then
+         monitor%place = 2
+         call read_choice(group, 'height', height_names, monitor%place, error)
+      else if (field%layers) then
+         call get(group, 'layer', monitor%place, error, default=1, minimum=1, &
+                  maximum=maxval([(size(sections(i)%layers), i=1, size(sections))]))
+      end if
+   end subroutine read_place
+
+   !> The position of a word in a list of choices; an absent key leaves it as it is.
+   subroutine read_choice(group, key, list, position, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: key, list
+      integer, intent(inout) :: position
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: word
+      call get(group, key, word, error, default='', choices=list)
+      if (allocated(error) .or. word == '') return
+      position = position_of(word, list)
+   end subroutine read_choice
 
    !> &output: what goes into the result file, and how often.
    subroutine read_output(group, output, error)
       type(group_t), intent(inout) :: group
       type(output_t), intent(out) :: output
       type(error_t), allocatable, intent(inout) :: error
-      character(len=:), allocatable :: fields(:)
+      type(result_field_t), allocatable :: table(:)
+      character(len=:), allocatable :: fields(:), field_list
+      integer :: i
 
       if (allocated(error)) return
-      call get_strings(group, 'fields', fields, error, choices=field_names)
+      field_list = field_names(only_items=.true.)
+      call get_strings(group, 'fields', fields, error, choices=field_list)
       call get(group, 'every', output%every, error, default=output%every, minimum=0)
       call get(group, 'restart', output%restart, error, default=output%restart)
       call check_all_used(group, error)
       if (allocated(error)) return
       output%fields = output%every > 0
       if (size(fields) == 0) return
-      output%rotation = any(fields == 'rotation')
-      output%reaction = any(fields == 'reaction')
-      output%thickness_stretch = any(fields == 'thickness_stretch')
-      output%membrane_force = any(fields == 'membrane_force')
-      output%moment = any(fields == 'moment')
-      output%stress = any(fields == 'stress')
+      table = result_fields()
+      output%wanted = pack([(i, i=1, size(table))], [(any(fields == table(i)%name) .or. table(i)%name == 'displacement', &
+                                                      i=1, size(table))])
    end subroutine read_output
 end module finshell_input_output
