@@ -1,7 +1,8 @@
 !> The group &load of an input file.
 module finshell_input_load
    use finshell_error, only: error_t, text_of
-   use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure
+   use finshell_factor, only: by_constant_factor
+   use finshell_load, only: load_t, load_nodal
    use finshell_load, only: pressure_automatic, pressure_symmetric, pressure_unsymmetric
    use finshell_mesh, only: find_element_set
    use finshell_structure, only: structure_t
@@ -15,20 +16,24 @@ module finshell_input_load
 
 contains
 
-   !> &load: append one load. The sections of the structure must be there (density for gravity).
+   !> &load: append one load. The sections of the structure must be there (density).
    subroutine read_load(group, structure, error)
       type(group_t), intent(inout) :: group
       type(structure_t), intent(inout) :: structure
       type(error_t), allocatable, intent(inout) :: error
       type(load_t) :: load
       type(load_t), allocatable :: grown(:)
-      character(len=:), allocatable :: kind_name, stiffness
+      character(len=:), allocatable :: kind_name
+      logical :: constant
       integer :: i
 
       if (allocated(error)) return
       call get(group, 'type', kind_name, error, choices=kinds)
-      call get(group, 'constant', load%constant, error, default=.false.)
       if (allocated(error)) return
+      load%kind = kind_name
+      constant = .false.
+      call get(group, 'constant', constant, error, default=.false.)
+      if (constant) load%scaling = by_constant_factor
       select case (kind_name)
       case ('force', 'moment')
          load%kind = load_nodal
@@ -37,29 +42,11 @@ contains
          if (kind_name == 'moment') call get_vector(group, 'vector', load%moment, error)
          call get(group, 'total', load%total, error, default=.false.)
       case ('line')
-         load%kind = load_edge
          call get_set(group, kind_edge, structure%mesh, load%set, error)
          call get_vector(group, 'vector', load%vector, error)
-      case ('traction')
-         load%kind = load_traction
+      case default
          call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
-         call get_vector(group, 'vector', load%vector, error)
-      case ('pressure')
-         load%kind = load_pressure
-         call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
-         call get(group, 'pressure', load%pressure, error)
-         call get(group, 'stiffness', stiffness, error, default='auto', choices='auto, symmetric, unsymmetric')
-         if (allocated(error)) return
-         select case (stiffness)
-         case ('symmetric'); load%stiffness = pressure_symmetric
-         case ('unsymmetric'); load%stiffness = pressure_unsymmetric
-         case default; load%stiffness = pressure_automatic
-         end select
-      case ('gravity')
-         load%kind = load_gravity
-         call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
-         call get_vector(group, 'vector', load%vector, error)
-         call check_density(group, structure, load, error)
+         call read_on_elements(group, structure, load, error)
       end select
       call check_all_used(group, error)
       if (allocated(error)) return
@@ -71,7 +58,33 @@ contains
       call move_alloc(grown, structure%loads)
    end subroutine read_load
 
-   !> Gravity needs mass.
+   !> What loads on an element set need beside it.
+   subroutine read_on_elements(group, structure, load, error)
+      type(group_t), intent(inout) :: group
+      type(structure_t), intent(in) :: structure
+      type(load_t), intent(inout) :: load
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: stiffness
+
+      select case (load%kind)
+      case ('traction')
+         call get_vector(group, 'vector', load%vector, error)
+      case ('pressure')
+         call get(group, 'pressure', load%pressure, error)
+         call get(group, 'stiffness', stiffness, error, default='auto', choices='auto, symmetric, unsymmetric')
+         if (allocated(error)) return
+         select case (stiffness)
+         case ('symmetric'); load%stiffness = pressure_symmetric
+         case ('unsymmetric'); load%stiffness = pressure_unsymmetric
+         case default; load%stiffness = pressure_automatic
+         end select
+      case ('gravity')
+         call get_vector(group, 'vector', load%vector, error)
+         call check_density(group, structure, load, error)
+      end select
+   end subroutine read_on_elements
+
+   !> What acts on mass needs a density.
    subroutine check_density(group, structure, load, error)
       type(group_t), intent(in) :: group
       type(structure_t), intent(in) :: structure
@@ -84,8 +97,8 @@ contains
          do e = 1, size(elements)
             section = structure%element_section(elements(e))
             if (structure%density(section) > 0) cycle
-            call complain_about(group, '', 'gravity acts on element '//text_of(elements(e))//', whose material has no density', &
-               error)
+            call complain_about(group, '', trim(load%kind)//' acts on element '//text_of(elements(e)) &
+               //', whose material has no density', error)
             return
          end do
       end associate
