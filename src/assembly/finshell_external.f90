@@ -5,10 +5,13 @@ module finshell_external
    use finshell_kinds, only: wp
    use finshell_acting_load, only: acting_load_t, load_item_t, displacements_only, with_rotations
    use finshell_assembly, only: assembly_t
+   use finshell_centrifugal, only: add_centrifugal
    use finshell_dead_load, only: add_nodal, add_edge, add_area
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
    use finshell_factor, only: by_constant_factor, unscaled, factor_at
+   use finshell_foundation, only: add_foundation
+   use finshell_hydrostatic, only: add_hydrostatic
    use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure
    use finshell_loaded_set, only: loaded_edges
    use finshell_mesh, only: mesh_t
@@ -69,6 +72,9 @@ contains
             case (load_pressure)
                pressures = pressures + 1
                call add_pressure_load(load, structure, equations, self%list, self%pressures(pressures), error)
+            case ('hydrostatic'); call add_hydrostatic(load, structure, equations, self%list, error)
+            case ('foundation'); call add_foundation(load, structure, self%list, error)
+            case ('centrifugal'); call add_centrifugal(load, structure, self%list, error)
             case default
                call raise(error, status_invalid_argument, "load: unknown kind '"//trim(load%kind)//"'")
             end select

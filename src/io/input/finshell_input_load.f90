@@ -1,18 +1,19 @@
 !> The group &load of an input file.
 module finshell_input_load
    use finshell_error, only: error_t, text_of
-   use finshell_factor, only: by_constant_factor
+   use finshell_factor, only: by_constant_factor, unscaled
+   use finshell_kinds, only: wp
    use finshell_load, only: load_t, load_nodal
    use finshell_load, only: pressure_automatic, pressure_symmetric, pressure_unsymmetric
    use finshell_mesh, only: find_element_set
    use finshell_structure, only: structure_t
-   use finshell_namelist, only: group_t, get, check_all_used, complain_about
+   use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_common, only: get_set, get_vector, kind_node, kind_edge, kind_element
    implicit none
    private
    public :: read_load
 
-   character(len=*), parameter :: kinds = 'force, moment, line, traction, pressure, gravity'
+   character(len=*), parameter :: kinds = 'force, moment, line, traction, pressure, gravity, hydrostatic, centrifugal, foundation'
 
 contains
 
@@ -32,8 +33,12 @@ contains
       if (allocated(error)) return
       load%kind = kind_name
       constant = .false.
-      call get(group, 'constant', constant, error, default=.false.)
-      if (constant) load%scaling = by_constant_factor
+      if (kind_name == 'foundation') then
+         load%scaling = unscaled
+      else
+         call get(group, 'constant', constant, error, default=.false.)
+         if (constant) load%scaling = by_constant_factor
+      end if
       select case (kind_name)
       case ('force', 'moment')
          load%kind = load_nodal
@@ -44,6 +49,8 @@ contains
       case ('line')
          call get_set(group, kind_edge, structure%mesh, load%set, error)
          call get_vector(group, 'vector', load%vector, error)
+      case ('foundation')
+         call read_foundation(group, structure, load, error)
       case default
          call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
          call read_on_elements(group, structure, load, error)
@@ -81,8 +88,48 @@ contains
       case ('gravity')
          call get_vector(group, 'vector', load%vector, error)
          call check_density(group, structure, load, error)
+      case ('hydrostatic')
+         call get(group, 'level', load%numbers(1), error)
+         call get(group, 'weight', load%numbers(2), error)
+         call get_vector(group, 'up', load%direction, error, default=[0.0_wp, 0.0_wp, 1.0_wp], nonzero=.true.)
+         if (.not. allocated(error) .and. .not. abs(load%numbers(2)) > 0) &
+            call complain_about(group, 'weight', 'the weight of the fluid per volume is zero', error)
+      case ('centrifugal')
+         call get(group, 'angular_velocity', load%numbers(1), error)
+         call get_vector(group, 'axis', load%direction, error, nonzero=.true.)
+         call get_vector(group, 'origin', load%point, error, default=[0.0_wp, 0.0_wp, 0.0_wp])
+         call check_density(group, structure, load, error)
       end select
    end subroutine read_on_elements
+
+   !> Springs on elements or at nodes, in global axes or, on elements, along the normal and across it.
+   subroutine read_foundation(group, structure, load, error)
+      type(group_t), intent(inout) :: group
+      type(structure_t), intent(in) :: structure
+      type(load_t), intent(inout) :: load
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: least
+
+      load%at_nodes = has(group, 'node_set')
+      if (load%at_nodes) then
+         call get_set(group, kind_node, structure%mesh, load%set, error)
+      else
+         call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
+      end if
+      if (load%at_nodes .or. has(group, 'vector')) then
+         call get_vector(group, 'vector', load%vector, error)
+      else
+         call get(group, 'normal', load%numbers(1), error)
+         call get(group, 'tangential', load%numbers(2), error, default=0.0_wp)
+      end if
+      if (allocated(error)) return
+      least = min(minval(load%vector), minval(load%numbers))
+      if (least < 0) then
+         call complain_about(group, '', 'the stiffness of a foundation is not negative; '//text_of(least)//' was given', error)
+      else if (.not. any([load%vector, load%numbers] > 0)) then
+         call complain_about(group, '', 'all stiffnesses of the foundation are zero', error)
+      end if
+   end subroutine read_foundation
 
    !> What acts on mass needs a density.
    subroutine check_density(group, structure, load, error)
