@@ -2,7 +2,8 @@
 !> `evaluate`, and `energy` where it has one; adding it to the equations and its change with a motion are the same for all.
 !>
 !> Loads that depend on displacements only have three rows per node. Those that depend on rotations, too, have six, and moments.
-!> Their stiffness is that along exp(spin) R: the part that belongs to the turning of the moments themselves, -spin(m)/2, is left out.
+!> Their stiffness is that along exp(spin) R: the part that belongs to the turning of the moments themselves, -spin(m)/2, is left
+!> out.
 module finshell_acting_load
    use finshell_kinds, only: wp
    use finshell_assembly, only: assembly_t, add_element_contributions

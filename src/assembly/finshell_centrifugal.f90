@@ -1,9 +1,9 @@
-!> Centrifugal load of a structure that spins about an axis, seen in the frame that spins with it: the mass of each element, linearly
-!> interpolated, times the square of the angular velocity times the distance from the axis, in the deformed state. The factor of the
-!> load scales the square. Mass sits on the midsurface of the facets, as with gravity.
+!> Centrifugal load of a structure that spins about an axis, seen in the frame that spins with it: the mass of each element,
+!> linearly interpolated, times the square of the angular velocity times the distance from the axis, in the deformed state. The
+!> factor of the load scales the square. Mass sits on the midsurface of the facets, as with gravity.
 !>
-!> Potential -(omega^2/2) integral of mass |P (x - c)|^2, P = I - a a'; with mass matrix m_ij = mass A (1 + delta_ij)/12 the force is
-!> omega^2 P sum_j m_ij (x_j - c), its stiffness the constant omega^2 m_ij P.
+!> Potential -(omega^2/2) integral of mass |P (x - c)|^2, P = I - a a'; with the mass matrix m_ij = mass A (1 + delta_ij)/12 the
+!> force is omega^2 P sum_j m_ij (x_j - c), its stiffness the constant omega^2 m_ij P.
 module finshell_centrifugal
    use finshell_kinds, only: wp
    use finshell_acting_load, only: acting_load_t, load_item_t, append, positions
@@ -29,7 +29,7 @@ module finshell_centrifugal
 
 contains
 
-   !> `point` and `direction` of the load: the axis; the first of its numbers: the angular velocity. Errors: no such set, no density.
+   !> `point` and `direction` of the load: the axis; its first number: the angular velocity. Errors: no such set, no density.
    subroutine add_centrifugal(load, structure, list, error)
       type(load_t), intent(in) :: load
       type(structure_t), intent(in) :: structure

@@ -73,8 +73,8 @@ contains
       call append(list, caps)
    end subroutine add_hydrostatic
 
-   !> Mean of N_i N_j over the part of a triangle where d > 0, with respect to the whole; and its derivative with a change of d that is
-   !> the same everywhere, an integral along the line d = 0.
+   !> Mean of N_i N_j over the part of a triangle where d > 0, with respect to the whole; and its derivative with a change of d that
+   !> is the same everywhere, an integral along the line d = 0.
    pure subroutine wet_part(d, gram, line)
       real(wp), intent(in) :: d(3) !< at the corners
       real(wp), intent(out) :: gram(3, 3), line(3, 3)
