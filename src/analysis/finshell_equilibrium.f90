@@ -18,7 +18,7 @@ module finshell_equilibrium
    use finshell_state, only: state_t, linear_change_t, new_state, move_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
    use finshell_external, only: external_t, new_external, displacements_only, with_rotations
-   use finshell_factor, only: by_constant_factor, scaled_sum
+   use finshell_factor, only: unscaled, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
@@ -223,8 +223,12 @@ contains
       out_of_balance = self%external_force - self%internal_force
       self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
       call gather(self%equations, out_of_balance, self%residual)
-      ! a foundation answers as supports do: under a rigid motion it cancels the loads node by node
-      levels = force_levels(self%equations, scaled_sum(self%state, unit_force(:, :, :by_constant_factor)), out_of_balance)
+      if (size(unit_force, 3) < unscaled) then
+         levels = force_levels(self%equations, self%external_force, out_of_balance)
+      else
+         ! a foundation answers as supports do: under a rigid motion it cancels the loads node by node
+         levels = force_levels(self%equations, self%external_force - unit_force(:, :, unscaled), out_of_balance)
+      end if
       self%force_level = levels(1)
       self%moment_level = levels(2)
    end subroutine evaluate_toward

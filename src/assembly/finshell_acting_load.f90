@@ -44,9 +44,9 @@ module finshell_acting_load
          type(structure_t), intent(in) :: structure
          type(equations_t), intent(in) :: equations
          type(state_t), intent(in) :: state
-         real(wp), intent(out) :: force(:, :) !< (rows, elements) node by node
+         real(wp), intent(out), contiguous :: force(:, :) !< (rows, elements) node by node
          real(wp), intent(in), optional :: factor !< of the stiffness
-         real(wp), intent(out), optional :: stiffness(:, :, :) !< (rows, rows, elements)
+         real(wp), intent(out), optional, contiguous :: stiffness(:, :, :) !< (rows, rows, elements)
       end subroutine evaluate_interface
    end interface
 
@@ -135,13 +135,17 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: elements(:)
       real(wp), allocatable :: x(:, :, :)
-      integer :: i, k, node
+      integer :: c, i, k, node
       allocate (x(3, 3, size(elements)))
-      do i = 1, size(elements)
-         do k = 1, 3
-            node = structure%mesh%triangles(k, elements(i))
-            x(:, k, i) = structure%mesh%coordinates(:, node) + state%displacement(:, node)
+      associate (triangles => structure%mesh%triangles, reference => structure%mesh%coordinates, u => state%displacement)
+         do i = 1, size(elements)
+            do k = 1, 3
+               node = triangles(k, elements(i))
+               do c = 1, 3
+                  x(c, k, i) = reference(c, node) + u(c, node)
+               end do
+            end do
          end do
-      end do
+      end associate
    end function positions
 end module finshell_acting_load

@@ -66,9 +66,9 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: force(:, :)
+      real(wp), intent(out), contiguous :: force(:, :)
       real(wp), intent(in), optional :: factor
-      real(wp), intent(out), optional :: stiffness(:, :, :)
+      real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
       real(wp), allocatable :: x(:, :, :)
       real(wp) :: r(3, 3), m
       integer :: e, i, j

@@ -106,9 +106,9 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: force(:, :)
+      real(wp), intent(out), contiguous :: force(:, :)
       real(wp), intent(in), optional :: factor
-      real(wp), intent(out), optional :: stiffness(:, :, :)
+      real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
       real(wp) :: u(3, 3), share(3, 3)
       integer :: e, i, j
       do e = 1, size(self%elements)

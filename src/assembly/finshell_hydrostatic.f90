@@ -105,9 +105,9 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: force(:, :)
+      real(wp), intent(out), contiguous :: force(:, :)
       real(wp), intent(in), optional :: factor
-      real(wp), intent(out), optional :: stiffness(:, :, :)
+      real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
       real(wp), allocatable :: x(:, :, :)
       real(wp) :: area(3), turn(3, 3, 3), d(3), gram(3, 3), line(3, 3), w(3)
       integer :: e, i, j
@@ -154,9 +154,9 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: force(:, :)
+      real(wp), intent(out), contiguous :: force(:, :)
       real(wp), intent(in), optional :: factor
-      real(wp), intent(out), optional :: stiffness(:, :, :)
+      real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
       real(wp), allocatable :: x(:, :, :), volume(:)
       real(wp) :: d(3), gram(3, 3), line(3, 3), mean, slope(18), bend(18, 18)
       integer :: e, i, j

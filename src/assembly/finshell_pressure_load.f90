@@ -85,9 +85,9 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: force(:, :)
+      real(wp), intent(out), contiguous :: force(:, :)
       real(wp), intent(in), optional :: factor
-      real(wp), intent(out), optional :: stiffness(:, :, :)
+      real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
       real(wp), allocatable :: p(:), x(:, :, :)
       x = positions(structure, state, self%elements)
       allocate (p(size(x, 3)), source=self%pressure)
@@ -101,9 +101,9 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: force(:, :)
+      real(wp), intent(out), contiguous :: force(:, :)
       real(wp), intent(in), optional :: factor
-      real(wp), intent(out), optional :: stiffness(:, :, :)
+      real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
       call caps_at(structure, self%elements, state, force=force, stiffness=stiffness, held=equations%held)
       force = self%pressure*force
       if (present(stiffness)) stiffness = (factor*self%pressure)*stiffness

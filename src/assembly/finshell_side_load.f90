@@ -97,9 +97,9 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: force(:, :)
+      real(wp), intent(out), contiguous :: force(:, :)
       real(wp), intent(in), optional :: factor
-      real(wp), intent(out), optional :: stiffness(:, :, :)
+      real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
       real(wp) :: x(3, 3), t(3, 2), f(18), k(18, 18)
       integer :: i, j, n, node, place(18)
       do n = 1, size(self%elements)
