@@ -10,12 +10,12 @@ module finshell_external
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
    use finshell_factor, only: by_constant_factor, unscaled, factor_at
+   use finshell_follower_load, only: add_pressure_load, pressed_region_t
    use finshell_foundation, only: add_foundation
    use finshell_hydrostatic, only: add_hydrostatic
    use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure
    use finshell_loaded_set, only: loaded_edges
    use finshell_mesh, only: mesh_t
-   use finshell_pressure_load, only: add_pressure_load, pressed_region_t
    use finshell_side_load, only: add_side_load
    use finshell_state, only: state_t, new_state
    use finshell_status, only: status_invalid_argument

@@ -20,7 +20,7 @@ module finshell_hydrostatic
    private
    public :: add_hydrostatic
 
-   !> On facets: in the follower form, as finshell_pressure_load.
+   !> On facets: in the follower form, as finshell_follower_load.
    type, extends(acting_load_t) :: hydrostatic_t
       real(wp) :: weight = 0 !< of the fluid, per volume
       real(wp) :: level = 0 !< of its surface: up.x there

@@ -1,5 +1,5 @@
 !> Follower pressure: on the facets, and on the caps of elements with a curved reference.
-module finshell_pressure_load
+module finshell_follower_load
    use finshell_kinds, only: wp
    use finshell_acting_load, only: acting_load_t, load_item_t, append, positions, with_rotations
    use finshell_cap_terms, only: caps_at
@@ -120,4 +120,4 @@ contains
       call caps_at(structure, self%elements, state, volume=volume, held=equations%held)
       energy = -self%pressure*sum(volume)
    end function energy_of_caps
-end module finshell_pressure_load
+end module finshell_follower_load
