@@ -3,7 +3,7 @@
 !> `new_external` is the table of kinds: what the input states becomes nodal forces, or items of the list, or both.
 module finshell_external
    use finshell_kinds, only: wp
-   use finshell_acting_load, only: acting_load_t, load_item_t, displacements_only, with_rotations
+   use finshell_acting_load, only: load_item_t, displacements_only, with_rotations
    use finshell_assembly, only: assembly_t
    use finshell_centrifugal, only: add_centrifugal
    use finshell_dead_load, only: add_nodal, add_edge, add_area
