@@ -17,13 +17,13 @@ module finshell_equilibrium
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t, linear_change_t, new_state, move_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
-   use finshell_external, only: external_t, new_external, displacements_only, with_rotations
+   use finshell_external, only: external_t, new_external
    use finshell_factor, only: unscaled, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
    use finshell_symmetric_part, only: symmetric_part_t
-   use finshell_load_terms, only: add_turning, add_motion, motion_of_held
+   use finshell_load_terms, only: add_turning, add_motion
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t
    use finshell_levels, only: force_levels
@@ -87,8 +87,6 @@ contains
       type(structure_t), intent(in), target :: structure !< is referred to, not copied
       type(error_t), allocatable, intent(out) :: error
       type(sparsity_t) :: pattern
-      integer, allocatable :: grounded(:)
-      real(wp), allocatable :: springs(:, :, :)
       integer :: nodes, i
 
       self%structure => structure
@@ -101,8 +99,7 @@ contains
       if (allocated(error)) return
       call new_external(self%external, structure, self%equations, error)
       if (allocated(error)) return
-      call self%external%standing_stiffness(structure, self%equations, grounded, springs)
-      call check_mechanism(structure%mesh, self%equations, error, grounded, springs)
+      call check_mechanism(structure%mesh, self%equations, error, self%external%springs(structure, self%equations))
       if (allocated(error)) return
       call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
       if (allocated(error)) return
@@ -194,13 +191,9 @@ contains
       bulges = 0*unit_force
       associate (loads => self%external, s => self%structure, e => self%equations)
          if (tangent) then
-            call loads%add(displacements_only, s, e, self%state, self%assembly, unit_force, self%values)
-            call loads%add(with_rotations, s, e, self%state, self%assembly, bulges, self%values)
-            if (size(e%moved) > 0) &
-               call loads%add_change(s, e, self%state, motion_of_held(e, self%state, active), out_of_balance)
+            call loads%add_all(s, e, self%state, self%assembly, unit_force, bulges, self%values)
          else
-            call loads%add(displacements_only, s, e, self%state, self%assembly, unit_force)
-            call loads%add(with_rotations, s, e, self%state, self%assembly, bulges)
+            call loads%add_all(s, e, self%state, self%assembly, unit_force, bulges)
          end if
          self%entry%energy = self%entry%energy + loads%standing_energy(s, e, self%state)
       end associate
@@ -212,8 +205,8 @@ contains
       if (tangent) then
          call add_turning(self%external, self%internal_force - self%bulge_force, self%assembly, self%values)
          ! Moving the held components by the factor puts the structure out of balance too.
-         call add_motion(self%structure, self%equations, self%moved_elements, self%state, active, self%internal_force, &
-            out_of_balance, toward)
+         call add_motion(self%structure, self%equations, self%external, self%moved_elements, self%state, active, &
+            self%internal_force, out_of_balance, toward)
          self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
@@ -223,12 +216,7 @@ contains
       out_of_balance = self%external_force - self%internal_force
       self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
       call gather(self%equations, out_of_balance, self%residual)
-      if (size(unit_force, 3) < unscaled) then
-         levels = force_levels(self%equations, self%external_force, out_of_balance)
-      else
-         ! a foundation answers as supports do: under a rigid motion it cancels the loads node by node
-         levels = force_levels(self%equations, self%external_force - unit_force(:, :, unscaled), out_of_balance)
-      end if
+      levels = force_levels(self%equations, self%external_force, out_of_balance, unit_force(:, :, unscaled:))
       self%force_level = levels(1)
       self%moment_level = levels(2)
    end subroutine evaluate_toward

@@ -11,7 +11,6 @@ module finshell_linear_step
    use finshell_error, only: error_t, raise, text_of
    use finshell_equations, only: motion_at, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_external, only: displacements_only, with_rotations
    use finshell_factor, only: by_load_factor, by_constant_factor
    use finshell_load_terms, only: add_stiffness_times, turn_moments
    use finshell_observer, only: observer_t, record_t
@@ -201,8 +200,7 @@ contains
       bulges = 0*unit_force
       associate (loads => problem%external, structure => problem%structure, equations => problem%equations, state => problem%state)
          change%energy = change%energy + loads%standing_energy(structure, equations, state, change%motion)
-         call loads%add(displacements_only, structure, equations, state, problem%assembly, unit_force)
-         call loads%add(with_rotations, structure, equations, state, problem%assembly, bulges)
+         call loads%add_all(structure, equations, state, problem%assembly, unit_force, bulges)
          problem%external_force = problem%external_force + load_change*unit_force(:, :, by_load_factor) &
             + constant_change*unit_force(:, :, by_constant_factor) &
             + load_change*bulges(:, :, by_load_factor) + constant_change*bulges(:, :, by_constant_factor)

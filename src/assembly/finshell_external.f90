@@ -22,8 +22,14 @@ module finshell_external
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: external_t, new_external
+   public :: external_t, springs_t, new_external
    public :: displacements_only, with_rotations
+
+   !> Elements and minus the derivative of the forces that springs exert on their nodes, (9, 9, elements).
+   type :: springs_t
+      integer, allocatable :: elements(:)
+      real(wp), allocatable :: stiffness(:, :, :)
+   end type springs_t
 
    type :: external_t
       real(wp), allocatable :: dead(:, :, :) !< (6, nodes, factors) forces and moments; finshell_factor; unscaled if any are
@@ -37,9 +43,10 @@ module finshell_external
    contains
       procedure :: any_with
       procedure :: add
+      procedure :: add_all
       procedure :: add_change
       procedure :: standing_energy
-      procedure :: standing_stiffness
+      procedure :: springs
    end type external_t
 
 contains
@@ -153,6 +160,20 @@ contains
       end do
    end subroutine add
 
+   !> Both kinds, each to its own.
+   subroutine add_all(self, structure, equations, state, assembly, unit_force, bulges, values)
+      class(external_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      type(assembly_t), intent(in) :: assembly
+      real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, factors) of those that depend on displacements only
+      real(wp), intent(inout) :: bulges(:, :, :) !< (6, nodes, factors) of those that depend on rotations, too
+      real(wp), intent(inout), optional :: values(:)
+      call self%add(displacements_only, structure, equations, state, assembly, unit_force, values)
+      call self%add(with_rotations, structure, equations, state, assembly, bulges, values)
+   end subroutine add_all
+
    !> Add the change of all forces with a motion of the nodes, at the present factors.
    subroutine add_change(self, structure, equations, state, motion, change)
       class(external_t), intent(in) :: self
@@ -188,28 +209,27 @@ contains
       end do
    end function standing_energy
 
-   !> Stiffness in the reference state of what no factor scales, as a support: element by element, minus d force/d displacement.
-   subroutine standing_stiffness(self, structure, equations, elements, stiffness)
+   !> Stiffness in the reference state of what no factor scales: it holds the structure as supports do.
+   function springs(self, structure, equations)
       class(external_t), intent(in) :: self
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
-      integer, allocatable, intent(out) :: elements(:)
-      real(wp), allocatable, intent(out) :: stiffness(:, :, :) !< (9, 9, elements)
+      type(springs_t) :: springs
       type(state_t) :: reference
       real(wp), allocatable :: force(:, :), k(:, :, :)
       integer :: i
-      allocate (elements(0))
-      allocate (stiffness(displacements_only, displacements_only, 0))
+      allocate (springs%elements(0))
+      allocate (springs%stiffness(displacements_only, displacements_only, 0))
       call new_state(reference, size(structure%mesh%coordinates, 2))
       do i = 1, size(self%list)
          associate (load => self%list(i)%load)
             if (load%scaling /= unscaled .or. load%rows /= displacements_only) cycle
             allocate (force(load%rows, size(load%elements)), k(load%rows, load%rows, size(load%elements)))
             call load%evaluate(structure, equations, reference, force, factor_at(reference, load%scaling), k)
-            elements = [elements, load%elements]
-            stiffness = reshape([stiffness, -k], [load%rows, load%rows, size(elements)])
+            springs%elements = [springs%elements, load%elements]
+            springs%stiffness = reshape([springs%stiffness, -k], [load%rows, load%rows, size(springs%elements)])
             deallocate (force, k)
          end associate
       end do
-   end subroutine standing_stiffness
+   end function springs
 end module finshell_external

@@ -11,7 +11,7 @@ module finshell_load_terms
    use finshell_assembly, only: assembly_t, add_element_contributions
    implicit none
    private
-   public :: add_turning, turn_moments, motion_of_held, add_motion, add_stiffness_times
+   public :: add_turning, turn_moments, add_motion, add_stiffness_times
 
 contains
 
@@ -57,10 +57,11 @@ contains
       end do
    end function motion_of_held
 
-   !> Take the internal forces due to the motion of held nodes from rate.
-   subroutine add_motion(structure, equations, elements, state, active, internal_force, rate, toward)
+   !> Take the internal forces due to the motion of held nodes from rate, and add what the loads change by.
+   subroutine add_motion(structure, equations, loads, elements, state, active, internal_force, rate, toward)
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
+      type(external_t), intent(in) :: loads
       integer, intent(in) :: elements(:) !< those with a moved node
       type(state_t), intent(in) :: state
       integer, intent(in) :: active !< factor that changes: 1 load factor, 2 constant factor
@@ -69,7 +70,9 @@ contains
       real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
       real(wp), allocatable :: motion(:, :)
       if (size(elements) == 0) return
-      motion = -motion_of_held(equations, state, active)
+      motion = motion_of_held(equations, state, active)
+      call loads%add_change(structure, equations, state, motion, rate)
+      motion = -motion
       call add_stiffness_times(structure, equations, elements, state, motion, rate, toward)
       call turn_moments(internal_force, motion, rate)
    end subroutine add_motion

@@ -9,6 +9,7 @@ module finshell_mechanism
    use finshell_error, only: error_t, raise, text_of
    use finshell_mesh, only: mesh_t
    use finshell_equations, only: equations_t, scatter
+   use finshell_external, only: springs_t
    implicit none
    private
    public :: check_mechanism, name_mode
@@ -19,19 +20,18 @@ module finshell_mechanism
 contains
 
    !> Raise an error that names the free rigid-body motions, if there are any.
-   subroutine check_mechanism(mesh, equations, error, grounded, springs)
+   subroutine check_mechanism(mesh, equations, error, springs)
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
       type(error_t), allocatable, intent(out) :: error
-      integer, intent(in), optional :: grounded(:) !< elements with springs to the ground
-      real(wp), intent(in), optional :: springs(:, :, :) !< (9, 9, grounded) their stiffness, which holds as supports do
+      type(springs_t), intent(in), optional :: springs !< to the ground, which hold as supports do
       integer, allocatable :: part(:)
       integer :: e, parts, p
       real(wp) :: centre(3), size_of_part, conditions(6, 6), stiffest
       character(len=:), allocatable :: names
 
       stiffest = 0
-      if (present(springs)) stiffest = max(maxval(abs(springs)), tiny(1.0_wp))
+      if (present(springs)) stiffest = max(maxval(abs(springs%stiffness)), tiny(1.0_wp))
       call find_parts(mesh, part, parts)
       if (any(part == 0)) then
          p = findloc(part, 0, 1)
@@ -43,11 +43,12 @@ contains
       end if
       do p = 1, parts
          call conditions_of_part(mesh, equations, part, p, centre, size_of_part, conditions)
-         if (present(grounded) .and. present(springs)) then
-            do e = 1, size(grounded)
-               if (part(mesh%triangles(1, grounded(e))) /= p) cycle
-               call add_springs(mesh%coordinates(:, mesh%triangles(:, grounded(e))), springs(:, :, e)/stiffest, centre, &
-                                size_of_part, conditions)
+         if (present(springs)) then
+            do e = 1, size(springs%elements)
+               associate (nodes => mesh%triangles(:, springs%elements(e)))
+                  if (part(nodes(1)) == p) call add_springs(mesh%coordinates(:, nodes), springs%stiffness(:, :, e)/stiffest, &
+                                                            centre, size_of_part, conditions)
+               end associate
             end do
          end if
          call name_free_motions(conditions, centre, size_of_part, names)
