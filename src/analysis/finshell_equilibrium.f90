@@ -18,11 +18,12 @@ module finshell_equilibrium
    use finshell_state, only: state_t, linear_change_t, new_state, move_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
    use finshell_external, only: external_t, new_external
+   use finshell_factor, only: unscaled, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
    use finshell_symmetric_part, only: symmetric_part_t
-   use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_turning, add_motion, motion_of_held
+   use finshell_load_terms, only: add_turning, add_motion
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_levels, only: force_levels
@@ -46,7 +47,7 @@ module finshell_equilibrium
       real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
       type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
-      real(wp), allocatable :: bulge_force(:, :) !< (6, nodes) part of external_force that acts on bulges
+      real(wp), allocatable :: bulge_force(:, :) !< (6, nodes) part of external_force that depends on rotations, too
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
@@ -96,9 +97,9 @@ contains
       end if
       call new_equations(self%equations, structure%mesh, structure%supports, error, turning_nodes(structure))
       if (allocated(error)) return
-      call check_mechanism(structure%mesh, self%equations, error)
-      if (allocated(error)) return
       call new_external(self%external, structure, self%equations, error)
+      if (allocated(error)) return
+      call check_mechanism(structure%mesh, self%equations, error, self%external%springs(structure, self%equations))
       if (allocated(error)) return
       call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
       if (allocated(error)) return
@@ -193,32 +194,25 @@ contains
       unit_force = self%external%dead
       out_of_balance = unit_force(:, :, active)
       out_of_balance = 0
-      if (tangent) then
-         call add_pressures(self%external, self%equations, self%moved_of, self%structure%mesh, self%state, self%assembly, active, &
-            unit_force, self%values, out_of_balance)
-      else
-         call add_pressures(self%external, self%equations, self%moved_of, self%structure%mesh, self%state, self%assembly, active, &
-            unit_force)
-      end if
-      self%entry%unit_force = unit_force
       bulges = 0*unit_force
-      if (tangent) then
-         call add_bulges(self%external, self%equations, self%structure, self%state, self%assembly, bulges, self%values)
-      else
-         call add_bulges(self%external, self%equations, self%structure, self%state, self%assembly, bulges)
-      end if
-      unit_force = unit_force + bulges
+      associate (loads => self%external, s => self%structure, e => self%equations)
+         if (tangent) then
+            call loads%add_all(s, e, self%state, self%assembly, unit_force, bulges, self%values)
+         else
+            call loads%add_all(s, e, self%state, self%assembly, unit_force, bulges)
+         end if
+         self%entry%energy = self%entry%energy + loads%standing_energy(s, e, self%state)
+      end associate
+      self%entry%unit_force = unit_force
       self%entry%bulges = bulges
-      self%bulge_force = self%state%load_factor*bulges(:, :, 1) + self%state%constant_factor*bulges(:, :, 2)
-      self%external_force = self%state%load_factor*unit_force(:, :, 1) + self%state%constant_factor*unit_force(:, :, 2)
+      unit_force = unit_force + bulges
+      self%bulge_force = scaled_sum(self%state, bulges)
+      self%external_force = scaled_sum(self%state, unit_force)
       if (tangent) then
          call add_turning(self%external, self%internal_force - self%bulge_force, self%assembly, self%values)
          ! Moving the held components by the factor puts the structure out of balance too.
-         call add_motion(self%structure, self%equations, self%moved_elements, self%state, active, self%internal_force, &
-            out_of_balance, toward)
-         if (self%external%bulges .and. size(self%equations%moved) > 0) &
-            call change_of_bulges(self%external, self%equations, self%structure, self%state, &
-                                  motion_of_held(self%equations, self%state, active), out_of_balance)
+         call add_motion(self%structure, self%equations, self%external, self%moved_elements, self%state, active, &
+            self%internal_force, out_of_balance, toward)
          self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
          call gather(self%equations, out_of_balance, self%rate)
@@ -228,7 +222,7 @@ contains
       out_of_balance = self%external_force - self%internal_force
       self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
       call gather(self%equations, out_of_balance, self%residual)
-      levels = force_levels(self%equations, self%external_force, out_of_balance)
+      levels = force_levels(self%equations, self%external_force, out_of_balance, unit_force(:, :, unscaled:))
       self%force_level = levels(1)
       self%moment_level = levels(2)
    end subroutine evaluate_toward
@@ -242,7 +236,7 @@ contains
       class(equilibrium_t), intent(inout) :: self
       type(balance_t) :: value
       if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
-         merge(2, 1, self%constant_phase), self%external, self%equations, self%moved_of, self%structure%mesh, self%assembly, value)
+         merge(2, 1, self%constant_phase), self%external, self%structure, self%equations, self%assembly, value)
    end function balance
 
    !> Factorise the tangent. A singular one is an error that names the node and component where the free motion is largest.

@@ -1,22 +1,22 @@
 !> Keeps the account of an increment of a structure: what the energy balance (finshell_balance) begins and ends with.
 module finshell_ledger
    use finshell_kinds, only: wp
-   use finshell_mesh, only: mesh_t
    use finshell_state, only: state_t
    use finshell_equations, only: equations_t, motion_at
-   use finshell_external, only: external_t
+   use finshell_external, only: external_t, displacements_only, with_rotations
+   use finshell_factor, only: by_load_factor, by_constant_factor
    use finshell_assembly, only: assembly_t
-   use finshell_load_terms, only: add_pressures
    use finshell_balance, only: balance_t, work_along
+   use finshell_structure, only: structure_t
    implicit none
    private
    public :: entry_t, motion_times, balance_between
 
    !> What is known of a state.
    type :: entry_t
-      real(wp), allocatable :: unit_force(:, :, :) !< (6, nodes, 2) external force per load factor and constant factor
-      real(wp), allocatable :: bulges(:, :, :) !< (6, nodes, 2) what loads on bulges add to it
-      real(wp) :: energy = 0 !< stored
+      real(wp), allocatable :: unit_force(:, :, :) !< (6, nodes, factors) external force for factors of 1 (finshell_factor)
+      real(wp), allocatable :: bulges(:, :, :) !< (6, nodes, factors) what loads that depend on rotations add to it
+      real(wp) :: energy = 0 !< stored, also by what no factor scales
       real(wp) :: reaction = 0 !< of the moved supports, times their motion per factor
    end type entry_t
 
@@ -26,7 +26,7 @@ contains
    pure function motion_times(equations, state, active, force) result(product)
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      integer, intent(in) :: active !< 1: load factor, 2: constant factor
+      integer, intent(in) :: active !< factor that changes
       real(wp), intent(in) :: force(:, :) !< (6, nodes)
       real(wp) :: product
       integer :: i
@@ -37,16 +37,15 @@ contains
       end do
    end function motion_times
 
-   !> Balance between two states. Pressure forces are quadratic in the displacements: Simpson's rule over the chord is exact. `from`
-   !> may be empty: the reference state.
-   subroutine balance_between(from, to, base, state, active, loads, equations, moved_of, mesh, assembly, value)
+   !> Balance between two states. Forces that depend on displacements only are of third degree in them at most: Simpson's rule over
+   !> the chord is exact, but where a level of fluid passes over an element. `from` may be empty: the reference state.
+   subroutine balance_between(from, to, base, state, active, loads, structure, equations, assembly, value)
       type(entry_t), intent(in) :: from, to
       type(state_t), intent(in) :: base, state
       integer, intent(in) :: active
       type(external_t), intent(in) :: loads
+      type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
-      integer, intent(in) :: moved_of(:)
-      type(mesh_t), intent(in) :: mesh
       type(assembly_t), intent(in) :: assembly
       type(balance_t), intent(out) :: value
       type(state_t) :: middle
@@ -55,10 +54,10 @@ contains
       integer :: i
 
       mean = loads%dead
-      if (size(loads%pressures) > 0) then
+      if (loads%any_with(displacements_only)) then
          middle = state
          middle%displacement = 0.5_wp*(base%displacement + state%displacement)
-         call add_pressures(loads, equations, moved_of, mesh, middle, assembly, active, mean)
+         call loads%add(displacements_only, structure, equations, middle, assembly, mean)
          mean = 4*mean + to%unit_force
          if (allocated(from%unit_force)) then
             mean = (mean + from%unit_force)/6
@@ -66,11 +65,11 @@ contains
             mean = mean/5
          end if
       end if
-      if (loads%bulges) then
+      if (loads%any_with(with_rotations)) then
          mean = mean + 0.5_wp*to%bulges
          if (allocated(from%bulges)) mean = mean + 0.5_wp*from%bulges
       end if
-      do i = 1, 2
+      do i = by_load_factor, by_constant_factor
          call work_along(base, state, mean(:, :, i), way(i), value%known)
          if (.not. value%known) return
       end do

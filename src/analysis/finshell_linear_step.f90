@@ -11,7 +11,8 @@ module finshell_linear_step
    use finshell_error, only: error_t, raise, text_of
    use finshell_equations, only: motion_at, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_load_terms, only: add_pressures, add_bulges, change_of_bulges, add_stiffness_times, turn_moments
+   use finshell_factor, only: by_load_factor, by_constant_factor
+   use finshell_load_terms, only: add_stiffness_times, turn_moments
    use finshell_observer, only: observer_t, record_t
    use finshell_state, only: state_t, linear_change_t, move_state
    use finshell_status, only: status_not_converged
@@ -185,7 +186,7 @@ contains
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: load_change, constant_change
       type(linear_change_t), intent(inout) :: change
-      real(wp), allocatable :: before(:, :), unit_force(:, :, :), bulges(:, :, :), forward(:, :, :), backward(:, :, :)
+      real(wp), allocatable :: before(:, :), unit_force(:, :, :), bulges(:, :, :)
       integer :: i
 
       before = problem%internal_force
@@ -193,31 +194,16 @@ contains
                                problem%state, change%motion, problem%internal_force, change%toward)
       call turn_moments(before, change%motion, problem%internal_force)
       change%energy = 0.5_wp*sum((before + problem%internal_force)*change%motion)
-      ! Pressure forces are of second degree in the positions: the difference is their exact derivative.
-      call unit_forces(0.0_wp, unit_force)
+      unit_force = problem%external%dead
       bulges = 0*unit_force
-      call add_bulges(problem%external, problem%equations, problem%structure, problem%state, problem%assembly, bulges)
-      call unit_forces(1.0_wp, forward)
-      call unit_forces(-1.0_wp, backward)
-      problem%external_force = problem%external_force + load_change*unit_force(:, :, 1) + constant_change*unit_force(:, :, 2) &
-         + 0.5_wp*problem%state%load_factor*(forward(:, :, 1) - backward(:, :, 1)) &
-         + 0.5_wp*problem%state%constant_factor*(forward(:, :, 2) - backward(:, :, 2)) &
-         + load_change*bulges(:, :, 1) + constant_change*bulges(:, :, 2)
-      call change_of_bulges(problem%external, problem%equations, problem%structure, problem%state, change%motion, &
-                             problem%external_force)
-
-   contains
-
-      subroutine unit_forces(part, force)
-         real(wp), intent(in) :: part !< of the motion
-         real(wp), allocatable, intent(out) :: force(:, :, :)
-         type(state_t) :: moved
-         moved = problem%state
-         moved%displacement = moved%displacement + part*change%motion(1:3, :)
-         force = problem%external%dead
-         call add_pressures(problem%external, problem%equations, problem%moved_of, problem%structure%mesh, moved, &
-            problem%assembly, 1, force)
-      end subroutine unit_forces
+      associate (loads => problem%external, structure => problem%structure, equations => problem%equations, state => problem%state)
+         change%energy = change%energy + loads%standing_energy(structure, equations, state, change%motion)
+         call loads%add_all(structure, equations, state, problem%assembly, unit_force, bulges)
+         problem%external_force = problem%external_force + load_change*unit_force(:, :, by_load_factor) &
+            + constant_change*unit_force(:, :, by_constant_factor) &
+            + load_change*bulges(:, :, by_load_factor) + constant_change*bulges(:, :, by_constant_factor)
+         call loads%add_change(structure, equations, state, change%motion, problem%external_force)
+      end associate
    end subroutine change_forces
 
    !> Give a change to the observer as an increment of its own number.

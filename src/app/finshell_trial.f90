@@ -6,8 +6,9 @@ module finshell_trial
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_external, only: external_t, new_external
+   use finshell_factor, only: by_load_factor
    use finshell_input, only: input_t
-   use finshell_load, only: load_t, load_nodal, load_edge, load_pressure
+   use finshell_load, only: load_t, load_nodal, load_edge
    use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
    use finshell_status, only: status_input_error
    use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_name
@@ -69,7 +70,7 @@ contains
       associate (loads => problem%structure%loads)
          yes = any(abs(problem%equations%motion(:, :, 1)) > 0)
          do i = 1, size(loads)
-            yes = yes .or. (.not. loads(i)%constant .and. acts(loads(i), problem%structure%mesh, problem%equations))
+            yes = yes .or. (loads(i)%scaling == by_load_factor .and. acts(loads(i), problem%structure%mesh, problem%equations))
          end do
       end associate
    end function something_scales
@@ -83,28 +84,27 @@ contains
       logical, allocatable :: member(:)
 
       allocate (member(size(mesh%coordinates, 2)), source=.false.)
-      select case (load%kind)
-      case (load_nodal)
+      if (load%kind == load_nodal .or. load%at_nodes) then
          member(mesh%node_sets(find_node_set(mesh, load%set))%members) = .true.
-      case (load_edge)
+      else if (load%kind == load_edge) then
          associate (edges => mesh%edge_sets(find_edge_set(mesh, load%set))%edges)
             do i = 1, size(edges, 2)
                member(edges(:, i)) = .true.
             end do
          end associate
-      case default
+      else
          associate (elements => mesh%element_sets(find_element_set(mesh, load%set))%members)
             do i = 1, size(elements)
                member(mesh%triangles(:, elements(i))) = .true.
             end do
          end associate
-      end select
+      end if
       yes = .false.
       do i = 1, size(member)
          if (.not. member(i)) cycle
          do k = 1, 3
             if (equations%number(k, i) > 0) yes = yes .or. abs(along(load%vector)) > 0
-            if (equations%number(k, i) > 0 .and. load%kind == load_pressure) yes = yes .or. abs(load%pressure) > 0
+            if (equations%number(k, i) > 0) yes = yes .or. any(abs([load%pressure, load%numbers]) > 0)
             if (equations%number(3 + k, i) > 0) yes = yes .or. abs(along(load%moment)) > 0
          end do
          if (yes) return

@@ -9,14 +9,20 @@ module finshell_levels
 contains
 
    !> Norms of external forces and of reactions, for the convergence criterion.
-   pure function force_levels(equations, external_force, out_of_balance) result(levels)
+   pure function force_levels(equations, external_force, out_of_balance, standing) result(levels)
       type(equations_t), intent(in) :: equations
       real(wp), intent(in) :: external_force(:, :), out_of_balance(:, :) !< (6, nodes)
+      !> (6, nodes, 0 or 1) part of external_force that answers as supports do: under a rigid motion a foundation cancels the loads
+      !> node by node.
+      real(wp), intent(in) :: standing(:, :, :)
       real(wp) :: levels(2) !< of forces and of moments: Euclidean norm of the external ones or of the reactions, the larger
       real(wp) :: local(6), scale(2), reactions(2), loads(2)
+      real(wp), allocatable :: acting(:, :)
       integer :: i, node
 
-      scale = [maxval(abs(external_force(1:3, :))), maxval(abs(external_force(4:6, :)))]
+      acting = external_force
+      if (size(standing, 3) > 0) acting = acting - standing(:, :, 1)
+      scale = [maxval(abs(acting(1:3, :))), maxval(abs(acting(4:6, :)))]
       do i = 1, size(equations%supported)
          node = equations%supported(i)%node
          scale(1) = max(scale(1), maxval(abs(out_of_balance(1:3, node))))
@@ -37,7 +43,7 @@ contains
          where (equations%number(:, node) > 0) local = 0
          reactions = reactions + [sum(local(1:3)**2), sum(local(4:6)**2)]
       end do
-      loads = [sum((external_force(1:3, :)/scale(1))**2), sum((external_force(4:6, :)/scale(2))**2)]
+      loads = [sum((acting(1:3, :)/scale(1))**2), sum((acting(4:6, :)/scale(2))**2)]
       levels = scale*sqrt(max(loads, reactions))
    end function force_levels
 end module finshell_levels

@@ -9,6 +9,7 @@ module finshell_mechanism
    use finshell_error, only: error_t, raise, text_of
    use finshell_mesh, only: mesh_t
    use finshell_equations, only: equations_t, scatter
+   use finshell_external, only: springs_t
    implicit none
    private
    public :: check_mechanism, name_mode
@@ -19,15 +20,18 @@ module finshell_mechanism
 contains
 
    !> Raise an error that names the free rigid-body motions, if there are any.
-   subroutine check_mechanism(mesh, equations, error)
+   subroutine check_mechanism(mesh, equations, error, springs)
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
       type(error_t), allocatable, intent(out) :: error
+      type(springs_t), intent(in), optional :: springs !< to the ground, which hold as supports do
       integer, allocatable :: part(:)
-      integer :: parts, p
-      real(wp) :: centre(3), size_of_part, conditions(6, 6)
+      integer :: e, parts, p
+      real(wp) :: centre(3), size_of_part, conditions(6, 6), stiffest
       character(len=:), allocatable :: names
 
+      stiffest = 0
+      if (present(springs)) stiffest = max(maxval(abs(springs%stiffness)), tiny(1.0_wp))
       call find_parts(mesh, part, parts)
       if (any(part == 0)) then
          p = findloc(part, 0, 1)
@@ -39,6 +43,14 @@ contains
       end if
       do p = 1, parts
          call conditions_of_part(mesh, equations, part, p, centre, size_of_part, conditions)
+         if (present(springs)) then
+            do e = 1, size(springs%elements)
+               associate (nodes => mesh%triangles(:, springs%elements(e)))
+                  if (part(nodes(1)) == p) call add_springs(mesh%coordinates(:, nodes), springs%stiffness(:, :, e)/stiffest, &
+                                                            centre, size_of_part, conditions)
+               end associate
+            end do
+         end if
          call name_free_motions(conditions, centre, size_of_part, names)
          if (names == '') cycle
          if (parts > 1) names = names//' (of the part with node '//text_of(findloc(part, p, 1))//')'
@@ -124,6 +136,23 @@ contains
          end do
       end do
    end subroutine conditions_of_part
+
+   !> Work of the springs of an element on (t, size * r).
+   pure subroutine add_springs(x, stiffness, centre, size_of_part, conditions)
+      real(wp), intent(in) :: x(3, 3), stiffness(9, 9), centre(3), size_of_part
+      real(wp), intent(inout) :: conditions(6, 6)
+      real(wp) :: rigid(9, 6), unit(3)
+      integer :: i, k
+      do k = 1, 3
+         unit = 0
+         unit(k) = 1
+         do i = 1, 3
+            rigid(3*i - 2:3*i, k) = unit
+            rigid(3*i - 2:3*i, 3 + k) = cross(unit, (x(:, i) - centre)/size_of_part)
+         end do
+      end do
+      conditions = conditions + matmul(transpose(rigid), matmul(stiffness, rigid))
+   end subroutine add_springs
 
    !> Name the null space of the conditions; '' when there is none.
    subroutine name_free_motions(conditions, centre, size_of_part, names)

@@ -8,10 +8,12 @@ module finshell_volume
    use finshell_status, only: status_input_error
    use finshell_error, only: error_t, raise
    use finshell_cap_terms, only: caps_at
-   use finshell_mesh, only: mesh_t, find_element_set, element_set_names
+   use finshell_acting_load, only: positions
+   use finshell_mesh, only: find_element_set, element_set_names
    use finshell_state, only: state_t
    use finshell_equations, only: equations_t, gather, motion_at
    use finshell_external, only: external_t
+   use finshell_factor, only: by_load_factor
    use finshell_pressure, only: follower_pressure, enclosed_volume
    use finshell_pressure_region, only: symmetric_origin
    use finshell_structure, only: structure_t, curved_elements
@@ -54,7 +56,7 @@ contains
          member(structure%mesh%element_sets(at)%members) = .true.
       else
          do i = 1, size(loads%pressures)
-            if (loads%pressures(i)%scaling == 1) member(loads%pressures(i)%elements) = .true.
+            if (loads%pressures(i)%scaling == by_load_factor) member(loads%pressures(i)%elements) = .true.
          end do
       end if
       self%elements = pack([(e, e=1, size(member))], member)
@@ -86,23 +88,12 @@ contains
       integer, intent(in), optional :: held(:, :) !< (3, elements of the structure)
       real(wp) :: volume
       real(wp), allocatable :: caps(:)
-      volume = enclosed_volume(size(elements), positions(structure%mesh, elements, state), origin)
+      volume = enclosed_volume(size(elements), positions(structure, state, elements), origin)
       if (size(curved) == 0) return
       allocate (caps(size(curved)))
       call caps_at(structure, curved, state, volume=caps, held=held)
       volume = volume + sum(caps)
    end function volume_behind
-
-   pure function positions(mesh, elements, state) result(x)
-      type(mesh_t), intent(in) :: mesh
-      integer, intent(in) :: elements(:)
-      type(state_t), intent(in) :: state
-      real(wp) :: x(3, 3, size(elements))
-      integer :: e
-      do e = 1, size(elements)
-         x(:, :, e) = mesh%coordinates(:, mesh%triangles(:, elements(e))) + state%displacement(:, mesh%triangles(:, elements(e)))
-      end do
-   end function positions
 
    !> Derivatives of the volume with respect to the unknowns and to the load factor, by which held nodes may move.
    subroutine volume_gradient(self, structure, equations, state, gradient, rate)
@@ -118,7 +109,7 @@ contains
       allocate (force(9, n), pressure(n), caps(18, size(self%curved)))
       allocate (nodal(6, size(structure%mesh%coordinates, 2)), source=0.0_wp)
       pressure = 1
-      call follower_pressure(n, pressure, positions(structure%mesh, self%elements, state), .true., self%origin, force)
+      call follower_pressure(n, pressure, positions(structure, state, self%elements), .true., self%origin, force)
       do i = 1, n
          associate (nodes => structure%mesh%triangles(:, self%elements(i)))
             nodal(1:3, nodes) = nodal(1:3, nodes) + reshape(force(:, i), [3, 3])

@@ -39,7 +39,7 @@ contains
                whole('volume', 'length^3', &
                      'between the pressurised elements and the origin of their pressure'), &
                whole('energy', 'force length', &
-                     'stored in the structure')]
+                     'stored in the structure and in foundations')]
    end function result_fields
 
    !> A number of the whole structure.

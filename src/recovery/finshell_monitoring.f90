@@ -200,7 +200,7 @@ contains
       integer, allocatable :: elements(:)
       integer(i4), allocatable :: status(:)
       integer :: i, s
-      energy = 0
+      energy = problem%external%standing_energy(problem%structure, problem%equations, state)
       associate (structure => problem%structure)
          do s = 1, size(structure%sections)
             elements = pack([(i, i=1, size(structure%element_section))], structure%element_section == s)

@@ -107,6 +107,14 @@ class Benchmarks(unittest.TestCase):
     def test_elastica_under_its_own_weight(self):
         self.check(self.solve("heavy_elastica"), "exact", 0.1, x_tip=-8.92579564, drop=9.56769196, slope=1.57034729)
 
+    def test_loads_that_follow(self):
+        self.check(self.solve("water_tank"), "membrane theory", 0.4, bottom=1.635e-4, middle=8.175e-5, hoop=392400)
+        self.check(self.solve("beam_on_foundation"), "Hetenyi", 0.4, w=1e-3, moment=2, energy=2e-3)
+        ring = self.solve("spinning_ring")
+        self.check(ring, "closed form", 0.02, u=0.2)
+        for row in ring.rows:
+            self.assertLess(abs(row["u"] / ((1 + 0.44 * row["load_factor"]) ** 0.5 - 1) - 1), 5e-4)
+
     def test_roll_up_with_16_elements_a_turn(self):
         self.check(self.solve("sze32_three_turns", divisions="48, 1"), "three circles", 0.5, U=12.0)
 

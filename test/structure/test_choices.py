@@ -114,7 +114,7 @@ class Choices(unittest.TestCase):
     def test_a_word_more_is_noticed(self):
         for part, old, new in (("mesh", "annulus, strip'", "annulus, strip, torus'"), ("output", "bottom, middle, top'", "bottom, middle, top, outside'"),
                                ("step", "'paper, tight'", "'paper, tight, loose'"), ("support", "symmetry, components'", "symmetry, spring, components'"),
-                               ("load", "pressure, gravity'", "pressure, wind, gravity'")):
+                               ("load", "centrifugal, foundation'", "centrifugal, wind, foundation'")):
             name = f"io/input/finshell_input_{part}.f90"
             self.assertIn(old, self.sources[name])
             self.assertEqual(len(differences({**self.sources, name: self.sources[name].replace(old, new)}, self.document)), 1)

@@ -13,6 +13,7 @@ module finshell_input
    use finshell_input_mesh, only: read_mesh, read_node_set, read_element_set
    use finshell_input_section, only: named_material_t, read_material, read_section, check_sections
    use finshell_input_support, only: read_support, check_supports
+   use finshell_factor, only: by_constant_factor
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
@@ -240,7 +241,8 @@ contains
          end select
          if (allocated(error)) return
       end do
-      call check_ways(namelist, input%steps, any(input%structure%loads%constant) .or. any(input%structure%supports%constant), error)
+      call check_ways(namelist, input%steps, any(input%structure%loads%scaling == by_constant_factor) &
+                      .or. any(input%structure%supports%constant), error)
    end subroutine translate_loads_and_steps
 
    subroutine translate_output(namelist, input, error)

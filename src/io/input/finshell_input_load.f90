@@ -1,34 +1,44 @@
 !> The group &load of an input file.
 module finshell_input_load
    use finshell_error, only: error_t, text_of
-   use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure
+   use finshell_factor, only: by_constant_factor, unscaled
+   use finshell_kinds, only: wp
+   use finshell_load, only: load_t, load_nodal
    use finshell_load, only: pressure_automatic, pressure_symmetric, pressure_unsymmetric
    use finshell_mesh, only: find_element_set
    use finshell_structure, only: structure_t
-   use finshell_namelist, only: group_t, get, check_all_used, complain_about
+   use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_common, only: get_set, get_vector, kind_node, kind_edge, kind_element
    implicit none
    private
    public :: read_load
 
-   character(len=*), parameter :: kinds = 'force, moment, line, traction, pressure, gravity'
+   character(len=*), parameter :: kinds = 'force, moment, line, traction, pressure, gravity, hydrostatic, centrifugal, foundation'
 
 contains
 
-   !> &load: append one load. The sections of the structure must be there (density for gravity).
+   !> &load: append one load. The sections of the structure must be there (density).
    subroutine read_load(group, structure, error)
       type(group_t), intent(inout) :: group
       type(structure_t), intent(inout) :: structure
       type(error_t), allocatable, intent(inout) :: error
       type(load_t) :: load
       type(load_t), allocatable :: grown(:)
-      character(len=:), allocatable :: kind_name, stiffness
+      character(len=:), allocatable :: kind_name
+      logical :: constant
       integer :: i
 
       if (allocated(error)) return
       call get(group, 'type', kind_name, error, choices=kinds)
-      call get(group, 'constant', load%constant, error, default=.false.)
       if (allocated(error)) return
+      load%kind = kind_name
+      constant = .false.
+      if (kind_name == 'foundation') then
+         load%scaling = unscaled
+      else
+         call get(group, 'constant', constant, error, default=.false.)
+         if (constant) load%scaling = by_constant_factor
+      end if
       select case (kind_name)
       case ('force', 'moment')
          load%kind = load_nodal
@@ -37,29 +47,13 @@ contains
          if (kind_name == 'moment') call get_vector(group, 'vector', load%moment, error)
          call get(group, 'total', load%total, error, default=.false.)
       case ('line')
-         load%kind = load_edge
          call get_set(group, kind_edge, structure%mesh, load%set, error)
          call get_vector(group, 'vector', load%vector, error)
-      case ('traction')
-         load%kind = load_traction
+      case ('foundation')
+         call read_foundation(group, structure, load, error)
+      case default
          call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
-         call get_vector(group, 'vector', load%vector, error)
-      case ('pressure')
-         load%kind = load_pressure
-         call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
-         call get(group, 'pressure', load%pressure, error)
-         call get(group, 'stiffness', stiffness, error, default='auto', choices='auto, symmetric, unsymmetric')
-         if (allocated(error)) return
-         select case (stiffness)
-         case ('symmetric'); load%stiffness = pressure_symmetric
-         case ('unsymmetric'); load%stiffness = pressure_unsymmetric
-         case default; load%stiffness = pressure_automatic
-         end select
-      case ('gravity')
-         load%kind = load_gravity
-         call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
-         call get_vector(group, 'vector', load%vector, error)
-         call check_density(group, structure, load, error)
+         call read_on_elements(group, structure, load, error)
       end select
       call check_all_used(group, error)
       if (allocated(error)) return
@@ -71,7 +65,73 @@ contains
       call move_alloc(grown, structure%loads)
    end subroutine read_load
 
-   !> Gravity needs mass.
+   !> What loads on an element set need beside it.
+   subroutine read_on_elements(group, structure, load, error)
+      type(group_t), intent(inout) :: group
+      type(structure_t), intent(in) :: structure
+      type(load_t), intent(inout) :: load
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: stiffness
+
+      select case (load%kind)
+      case ('traction')
+         call get_vector(group, 'vector', load%vector, error)
+      case ('pressure')
+         call get(group, 'pressure', load%pressure, error)
+         call get(group, 'stiffness', stiffness, error, default='auto', choices='auto, symmetric, unsymmetric')
+         if (allocated(error)) return
+         select case (stiffness)
+         case ('symmetric'); load%stiffness = pressure_symmetric
+         case ('unsymmetric'); load%stiffness = pressure_unsymmetric
+         case default; load%stiffness = pressure_automatic
+         end select
+      case ('gravity')
+         call get_vector(group, 'vector', load%vector, error)
+         call check_density(group, structure, load, error)
+      case ('hydrostatic')
+         call get(group, 'level', load%numbers(1), error)
+         call get(group, 'weight', load%numbers(2), error)
+         call get_vector(group, 'up', load%direction, error, default=[0.0_wp, 0.0_wp, 1.0_wp], nonzero=.true.)
+         if (.not. allocated(error) .and. .not. abs(load%numbers(2)) > 0) &
+            call complain_about(group, 'weight', 'the weight of the fluid per volume is zero', error)
+      case ('centrifugal')
+         call get(group, 'angular_velocity', load%numbers(1), error)
+         call get_vector(group, 'axis', load%direction, error, nonzero=.true.)
+         call get_vector(group, 'origin', load%point, error, default=[0.0_wp, 0.0_wp, 0.0_wp])
+         call check_density(group, structure, load, error)
+      end select
+   end subroutine read_on_elements
+
+   !> Springs on elements or at nodes, in global axes or, on elements, along the normal and across it.
+   subroutine read_foundation(group, structure, load, error)
+      type(group_t), intent(inout) :: group
+      type(structure_t), intent(in) :: structure
+      type(load_t), intent(inout) :: load
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: least
+
+      load%at_nodes = has(group, 'node_set')
+      if (load%at_nodes) then
+         call get_set(group, kind_node, structure%mesh, load%set, error)
+      else
+         call get_set(group, kind_element, structure%mesh, load%set, error, default='all')
+      end if
+      if (load%at_nodes .or. has(group, 'vector')) then
+         call get_vector(group, 'vector', load%vector, error)
+      else
+         call get(group, 'normal', load%numbers(1), error)
+         call get(group, 'tangential', load%numbers(2), error, default=0.0_wp)
+      end if
+      if (allocated(error)) return
+      least = min(minval(load%vector), minval(load%numbers))
+      if (least < 0) then
+         call complain_about(group, '', 'the stiffness of a foundation is not negative; '//text_of(least)//' was given', error)
+      else if (.not. any([load%vector, load%numbers] > 0)) then
+         call complain_about(group, '', 'all stiffnesses of the foundation are zero', error)
+      end if
+   end subroutine read_foundation
+
+   !> What acts on mass needs a density.
    subroutine check_density(group, structure, load, error)
       type(group_t), intent(in) :: group
       type(structure_t), intent(in) :: structure
@@ -84,8 +144,8 @@ contains
          do e = 1, size(elements)
             section = structure%element_section(elements(e))
             if (structure%density(section) > 0) cycle
-            call complain_about(group, '', 'gravity acts on element '//text_of(elements(e))//', whose material has no density', &
-               error)
+            call complain_about(group, '', trim(load%kind)//' acts on element '//text_of(elements(e)) &
+               //', whose material has no density', error)
             return
          end do
       end associate

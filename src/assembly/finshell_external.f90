@@ -1,0 +1,235 @@
+!> External forces of a structure: dead nodal forces, summed up once, and a list of loads that depend on the state.
+!>
+!> `new_external` is the table of kinds: what the input states becomes nodal forces, or items of the list, or both.
+module finshell_external
+   use finshell_kinds, only: wp
+   use finshell_acting_load, only: load_item_t, displacements_only, with_rotations
+   use finshell_assembly, only: assembly_t
+   use finshell_centrifugal, only: add_centrifugal
+   use finshell_dead_load, only: add_nodal, add_edge, add_area
+   use finshell_equations, only: equations_t
+   use finshell_error, only: error_t, raise
+   use finshell_factor, only: by_constant_factor, unscaled, factor_at
+   use finshell_follower_load, only: add_pressure_load, pressed_region_t
+   use finshell_foundation, only: add_foundation
+   use finshell_hydrostatic, only: add_hydrostatic
+   use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure
+   use finshell_loaded_set, only: loaded_edges
+   use finshell_mesh, only: mesh_t
+   use finshell_side_load, only: add_side_load
+   use finshell_state, only: state_t, new_state
+   use finshell_status, only: status_invalid_argument
+   use finshell_structure, only: structure_t
+   implicit none
+   private
+   public :: external_t, springs_t, new_external
+   public :: displacements_only, with_rotations
+
+   !> Elements and minus the derivative of the forces that springs exert on their nodes, (9, 9, elements).
+   type :: springs_t
+      integer, allocatable :: elements(:)
+      real(wp), allocatable :: stiffness(:, :, :)
+   end type springs_t
+
+   type :: external_t
+      real(wp), allocatable :: dead(:, :, :) !< (6, nodes, factors) forces and moments; finshell_factor; unscaled if any are
+      type(load_item_t), allocatable :: list(:)
+      type(pressed_region_t), allocatable :: pressures(:) !< where uniform pressures act
+      !> Nodes with dead moments that are free to turn about two axes or more, and an element and its corner at each: such a
+      !> moment is not conservative and has an unsymmetric stiffness.
+      integer, allocatable :: turning_nodes(:), turning_elements(:), turning_corners(:)
+      logical :: symmetric = .true. !< all load stiffnesses are symmetric
+      logical :: has_constants = .false.
+   contains
+      procedure :: any_with
+      procedure :: add
+      procedure :: add_all
+      procedure :: add_change
+      procedure :: standing_energy
+      procedure :: springs
+   end type external_t
+
+contains
+
+   !> Sum up the loads of a structure. Errors: unknown set, no density, unknown kind.
+   subroutine new_external(self, structure, equations, error)
+      type(external_t), intent(out) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(error_t), allocatable, intent(out) :: error
+      type(load_t), allocatable :: loads(:)
+      integer, allocatable :: edges(:, :)
+      integer :: i, pressures
+
+      allocate (loads(0), self%list(0))
+      if (allocated(structure%loads)) loads = structure%loads
+      allocate (self%dead(6, size(structure%mesh%coordinates, 2), by_constant_factor), source=0.0_wp)
+      allocate (self%pressures(count(loads%kind == load_pressure)))
+      pressures = 0
+      do i = 1, size(loads)
+         associate (load => loads(i))
+            select case (load%kind)
+            case (load_nodal); call add_nodal(load, structure, self%dead, error)
+            case (load_edge)
+               call loaded_edges(load, structure, edges, error)
+               if (allocated(error)) return
+               call add_edge(load, structure%mesh, edges, self%dead)
+               call add_side_load(load, structure, edges, equations%held, self%list)
+            case (load_traction, load_gravity); call add_area(load, structure, self%dead, error)
+            case (load_pressure)
+               pressures = pressures + 1
+               call add_pressure_load(load, structure, equations, self%list, self%pressures(pressures), error)
+            case ('hydrostatic'); call add_hydrostatic(load, structure, equations, self%list, error)
+            case ('foundation'); call add_foundation(load, structure, self%list, error)
+            case ('centrifugal'); call add_centrifugal(load, structure, self%list, error)
+            case default
+               call raise(error, status_invalid_argument, "load: unknown kind '"//trim(load%kind)//"'")
+            end select
+         end associate
+         if (allocated(error)) return
+      end do
+      self%has_constants = any(loads%scaling == by_constant_factor)
+      call find_turning(self, structure%mesh, equations)
+      self%symmetric = size(self%turning_nodes) == 0
+      do i = 1, size(self%list)
+         self%symmetric = self%symmetric .and. self%list(i)%load%symmetric
+      end do
+      if (any(scalings(self) == unscaled)) self%dead = reshape(self%dead, [6, size(self%dead, 2), unscaled], [0.0_wp])
+   end subroutine new_external
+
+   pure function scalings(self)
+      type(external_t), intent(in) :: self
+      integer :: scalings(size(self%list)), i
+      do i = 1, size(scalings)
+         scalings(i) = self%list(i)%load%scaling
+      end do
+   end function scalings
+
+   !> List the nodes whose dead moments have a stiffness.
+   pure subroutine find_turning(self, mesh, equations)
+      type(external_t), intent(inout) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      integer, allocatable :: at(:)
+      integer :: e, i, k, node
+      allocate (at(size(mesh%coordinates, 2)), source=0)
+      do i = 1, size(at)
+         if (any(abs(self%dead(4:6, i, :)) > 0) .and. count(equations%number(4:6, i) > 0) >= 2) at(i) = 1
+      end do
+      self%turning_nodes = pack([(i, i=1, size(at))], at > 0)
+      allocate (self%turning_elements(size(self%turning_nodes)), self%turning_corners(size(self%turning_nodes)), source=0)
+      do i = 1, size(self%turning_nodes)
+         at(self%turning_nodes(i)) = i
+      end do
+      do e = 1, size(mesh%triangles, 2)
+         do k = 1, 3
+            node = mesh%triangles(k, e)
+            if (at(node) == 0) cycle
+            self%turning_elements(at(node)) = e
+            self%turning_corners(at(node)) = k
+         end do
+      end do
+   end subroutine find_turning
+
+   !> Are there loads that depend on displacements only, or with rotations?
+   pure logical function any_with(self, rows)
+      class(external_t), intent(in) :: self
+      integer, intent(in) :: rows !< displacements_only or with_rotations
+      integer :: i
+      any_with = .false.
+      do i = 1, size(self%list)
+         any_with = any_with .or. self%list(i)%load%rows == rows
+      end do
+   end function any_with
+
+   !> Add the forces of the loads of the list, for factors of 1; with values, take their stiffness at the present factors from the
+   !> matrix.
+   subroutine add(self, rows, structure, equations, state, assembly, unit_force, values)
+      class(external_t), intent(in) :: self
+      integer, intent(in) :: rows !< displacements_only or with_rotations
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      type(assembly_t), intent(in) :: assembly
+      real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, factors)
+      real(wp), intent(inout), optional :: values(:)
+      integer :: i
+      do i = 1, size(self%list)
+         if (self%list(i)%load%rows == rows) &
+            call self%list(i)%load%add(structure, equations, state, assembly, unit_force, values)
+      end do
+   end subroutine add
+
+   !> Both kinds, each to its own.
+   subroutine add_all(self, structure, equations, state, assembly, unit_force, bulges, values)
+      class(external_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      type(assembly_t), intent(in) :: assembly
+      real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, factors) of those that depend on displacements only
+      real(wp), intent(inout) :: bulges(:, :, :) !< (6, nodes, factors) of those that depend on rotations, too
+      real(wp), intent(inout), optional :: values(:)
+      call self%add(displacements_only, structure, equations, state, assembly, unit_force, values)
+      call self%add(with_rotations, structure, equations, state, assembly, bulges, values)
+   end subroutine add_all
+
+   !> Add the change of all forces with a motion of the nodes, at the present factors.
+   subroutine add_change(self, structure, equations, state, motion, change)
+      class(external_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
+      real(wp), intent(inout) :: change(:, :) !< (6, nodes)
+      integer :: i
+      do i = 1, size(self%list)
+         call self%list(i)%load%add_change(structure, equations, state, motion, change)
+      end do
+   end subroutine add_change
+
+   !> Energy stored by what no factor scales: it belongs to the structure. With a motion, its change to second order.
+   function standing_energy(self, structure, equations, state, motion) result(energy)
+      class(external_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      real(wp), intent(in), optional :: motion(:, :) !< (6, nodes)
+      real(wp) :: energy
+      type(state_t) :: moved
+      integer :: i
+      energy = 0
+      if (size(self%dead, 3) < unscaled) return
+      moved = state
+      if (present(motion)) moved%displacement = moved%displacement + motion(1:3, :)
+      do i = 1, size(self%list)
+         if (self%list(i)%load%scaling /= unscaled) cycle
+         energy = energy + self%list(i)%load%energy(structure, equations, moved)
+         if (present(motion)) energy = energy - self%list(i)%load%energy(structure, equations, state)
+      end do
+   end function standing_energy
+
+   !> Stiffness in the reference state of what no factor scales: it holds the structure as supports do.
+   function springs(self, structure, equations)
+      class(external_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(springs_t) :: springs
+      type(state_t) :: reference
+      real(wp), allocatable :: force(:, :), k(:, :, :)
+      integer :: i
+      allocate (springs%elements(0))
+      allocate (springs%stiffness(displacements_only, displacements_only, 0))
+      call new_state(reference, size(structure%mesh%coordinates, 2))
+      do i = 1, size(self%list)
+         associate (load => self%list(i)%load)
+            if (load%scaling /= unscaled .or. load%rows /= displacements_only) cycle
+            allocate (force(load%rows, size(load%elements)), k(load%rows, load%rows, size(load%elements)))
+            call load%evaluate(structure, equations, reference, force, factor_at(reference, load%scaling), k)
+            springs%elements = [springs%elements, load%elements]
+            springs%stiffness = reshape([springs%stiffness, -k], [load%rows, load%rows, size(springs%elements)])
+            deallocate (force, k)
+         end associate
+      end do
+   end function springs
+end module finshell_external

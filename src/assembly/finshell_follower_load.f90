@@ -1,0 +1,123 @@
+!> Follower pressure: on the facets, and on the caps of elements with a curved reference.
+module finshell_follower_load
+   use finshell_kinds, only: wp
+   use finshell_acting_load, only: acting_load_t, load_item_t, append, positions, with_rotations
+   use finshell_cap_terms, only: caps_at
+   use finshell_equations, only: equations_t
+   use finshell_error, only: error_t, raise
+   use finshell_load, only: load_t, pressure_symmetric, pressure_unsymmetric
+   use finshell_loaded_set, only: loaded_elements
+   use finshell_pressure, only: follower_pressure
+   use finshell_pressure_region, only: symmetric_origin
+   use finshell_state, only: state_t
+   use finshell_status, only: status_input_error
+   use finshell_structure, only: structure_t, curved_elements
+   implicit none
+   private
+   public :: add_pressure_load, pressed_region_t
+
+   !> The surface that a pressure acts on.
+   type :: pressed_region_t
+      integer, allocatable :: elements(:)
+      integer, allocatable :: curved(:) !< those of them with a curved reference: the pressure acts on their caps, too
+      integer :: scaling = 1 !< see finshell_factor
+      real(wp) :: origin(3) = 0 !< of the enclosed volume
+   end type pressed_region_t
+
+   !> Always in the follower form: it is the pressure at held nodes too, so reactions are right. Where the symmetric form is
+   !> exact (finshell_pressure_region), the stiffness of the follower form becomes symmetric when it is assembled.
+   type, extends(acting_load_t) :: facet_pressure_t
+      real(wp) :: pressure = 0
+   contains
+      procedure :: evaluate => evaluate_facets
+   end type facet_pressure_t
+
+   type, extends(acting_load_t) :: cap_pressure_t
+      real(wp) :: pressure = 0
+   contains
+      procedure :: evaluate => evaluate_caps
+      procedure :: energy => energy_of_caps
+   end type cap_pressure_t
+
+contains
+
+   !> Errors: no such set; a symmetric stiffness is asked for where it is not exact.
+   subroutine add_pressure_load(load, structure, equations, list, region, error)
+      type(load_t), intent(in) :: load
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(load_item_t), allocatable, intent(inout) :: list(:)
+      type(pressed_region_t), intent(out) :: region
+      type(error_t), allocatable, intent(inout) :: error
+      type(facet_pressure_t) :: facets
+      type(cap_pressure_t) :: caps
+      real(wp) :: origin(3)
+      logical :: valid
+
+      call loaded_elements(load, structure, region%elements, error)
+      if (allocated(error)) return
+      region%curved = curved_elements(structure, region%elements)
+      region%scaling = load%scaling
+      call symmetric_origin(structure%mesh, equations, region%elements, valid, origin)
+      if (valid) region%origin = origin
+      if (load%stiffness == pressure_symmetric .and. .not. valid) then
+         call raise(error, status_input_error, "load: the pressure on '"//load%set//"' has no symmetric " &
+            //'stiffness: part of the boundary of the set is neither fixed nor in a plane of symmetry; ' &
+            //'use automatic or unsymmetric')
+         return
+      end if
+      facets%elements = region%elements
+      facets%scaling = load%scaling
+      facets%symmetric = valid .and. load%stiffness /= pressure_unsymmetric
+      facets%pressure = load%pressure
+      call append(list, facets)
+      if (size(region%curved) == 0) return
+      caps%elements = region%curved
+      caps%rows = with_rotations
+      caps%has_energy = .true.
+      caps%scaling = load%scaling
+      caps%pressure = load%pressure
+      call append(list, caps)
+   end subroutine add_pressure_load
+
+   subroutine evaluate_facets(self, structure, equations, state, force, factor, stiffness)
+      class(facet_pressure_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      real(wp), intent(out), contiguous :: force(:, :)
+      real(wp), intent(in), optional :: factor
+      real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
+      real(wp), allocatable :: p(:), x(:, :, :)
+      x = positions(structure, state, self%elements)
+      allocate (p(size(x, 3)), source=self%pressure)
+      call follower_pressure(size(p), p, x, .false., [0.0_wp, 0.0_wp, 0.0_wp], force, stiffness)
+      if (present(stiffness)) stiffness = factor*stiffness
+      if (equations%n < 0) force = 0
+   end subroutine evaluate_facets
+
+   subroutine evaluate_caps(self, structure, equations, state, force, factor, stiffness)
+      class(cap_pressure_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      real(wp), intent(out), contiguous :: force(:, :)
+      real(wp), intent(in), optional :: factor
+      real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
+      call caps_at(structure, self%elements, state, force=force, stiffness=stiffness, held=equations%held)
+      force = self%pressure*force
+      if (present(stiffness)) stiffness = (factor*self%pressure)*stiffness
+   end subroutine evaluate_caps
+
+   function energy_of_caps(self, structure, equations, state) result(energy)
+      class(cap_pressure_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      real(wp) :: energy
+      real(wp), allocatable :: volume(:)
+      allocate (volume(size(self%elements)))
+      call caps_at(structure, self%elements, state, volume=volume, held=equations%held)
+      energy = -self%pressure*sum(volume)
+   end function energy_of_caps
+end module finshell_follower_load
