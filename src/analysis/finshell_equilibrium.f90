@@ -15,7 +15,7 @@ module finshell_equilibrium
    use finshell_mesh, only: mesh_size, mean_side
    use finshell_normals, only: add_turns
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
-   use finshell_state, only: state_t, linear_change_t, new_state, move_state
+   use finshell_state, only: state_t, new_state, move_state
    use finshell_equations, only: equations_t, new_equations, gather, scatter
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: unscaled, scaled_sum
@@ -52,7 +52,6 @@ module finshell_equilibrium
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
       integer :: assemblies = 0, force_evaluations = 0
-      type(linear_change_t), allocatable :: change !< reported instead of `state`: what a linear step adds to it
       type(assembly_t) :: assembly
       real(wp), allocatable :: values(:) !< of the matrix, left by `evaluate`
       integer, allocatable :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved

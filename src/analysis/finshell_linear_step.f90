@@ -234,8 +234,6 @@ contains
       record%negative_pivots = problem%negative_pivots
       record%load_factor = load_factor
       call cpu_time(record%cpu_time)
-      problem%change = change
-      call observer%increment(changed, record, error)
-      deallocate (problem%change)
+      call observer%increment(changed, record, error, change)
    end subroutine report_change
 end module finshell_linear_step

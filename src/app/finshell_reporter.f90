@@ -14,7 +14,7 @@ module finshell_reporter
    use finshell_recovery, only: recovery_t, recover
    use finshell_results, only: results_file_t
    use finshell_stability, only: event_name, no_event
-   use finshell_state, only: state_t
+   use finshell_state, only: state_t, linear_change_t
    use finshell_status, only: status_io_error
    use finshell_step, only: control_linear, control_buckling
    use finshell_version, only: version
@@ -159,11 +159,12 @@ contains
    end subroutine check_replaceable
 
    !> See finshell_observer.
-   subroutine increment(self, state, record, error)
+   subroutine increment(self, state, record, error, change)
       class(reporter_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       type(record_t), intent(in) :: record
       type(error_t), allocatable, intent(out) :: error
+      type(linear_change_t), intent(in), optional, target :: change
       type(increment_t) :: row
       type(recovery_t) :: recovery
       logical :: with_fields
@@ -172,7 +173,7 @@ contains
       with_fields = self%output%fields .and. (mod(record%increment, max(1, self%output%every)) == 0 &
          .or. record%control == control_linear .or. record%control == control_buckling &
          .or. any(abs(self%levels - record%load_factor) <= 1.0e-10_wp*max(1.0_wp, abs(record%load_factor))))
-      call self%evaluate(state, record, with_fields, row, recovery)
+      call self%evaluate(state, record, with_fields, row, recovery, change)
       row%residual = record%residual
       row%correction = record%correction
       row%snap = merge(1, 0, record%snap)
@@ -213,7 +214,7 @@ contains
          if (.not. self%quiet) call show_snap(record)
       end if
       self%last = record
-      if (with_fields) call self%write_fields(state, row, recovery, error)
+      if (with_fields) call self%write_fields(state, row, recovery, error, change)
    end subroutine increment
 
    !> Write the fields of the last increment, if they have not been, and close the files.
@@ -235,41 +236,44 @@ contains
    end subroutine finish
 
    !> The row of an increment, and its recovered results: of all elements if there are fields of theirs to write.
-   subroutine evaluate(self, state, record, with_fields, row, recovery)
+   subroutine evaluate(self, state, record, with_fields, row, recovery, change)
       class(reporter_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       type(record_t), intent(in) :: record
       logical, intent(in) :: with_fields
       type(increment_t), intent(out) :: row
       type(recovery_t), intent(out) :: recovery
+      type(linear_change_t), intent(in), optional, target :: change
       integer :: i
 
       if (with_fields .and. size(self%cell_entries) > 0) then
          call recover(self%problem, state, [(i, i=1, size(self%problem%structure%mesh%triangles, 2))], &
                       [self%cell_entries, pack(self%watched_entries, [(all(self%cell_entries /= self%watched_entries(i)), &
-                                                                       i=1, size(self%watched_entries))])], recovery)
+                                                                       i=1, size(self%watched_entries))])], recovery, &
+                      change)
       else
-         call recover(self%problem, state, self%watched_elements, self%watched_entries, recovery)
+         call recover(self%problem, state, self%watched_elements, self%watched_entries, recovery, change)
       end if
       row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)
       row%critical_point = record%event + merge(10, 0, record%located)
       allocate (row%monitors(size(self%watches)), row%missing(size(self%watches)))
-      call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery)
+      call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change)
    end subroutine evaluate
 
-   subroutine write_fields(self, state, row, recovery, error)
+   subroutine write_fields(self, state, row, recovery, error, change)
       class(reporter_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       type(increment_t), intent(in) :: row
       type(recovery_t), intent(in) :: recovery
       type(error_t), allocatable, intent(out) :: error
+      type(linear_change_t), intent(in), optional, target :: change
       type(field_t), allocatable :: cells(:)
       integer :: i
       cells = cell_fields(self%output, recovery)
       if (self%output%restart) then
-         call self%results%append(row, point_fields(self%problem, state, self%output), cells, error, state%rotation)
+         call self%results%append(row, point_fields(self%problem, state, self%output, change), cells, error, state%rotation)
       else
-         call self%results%append(row, point_fields(self%problem, state, self%output), cells, error)
+         call self%results%append(row, point_fields(self%problem, state, self%output, change), cells, error)
       end if
       if (allocated(error)) return
       self%last_written = row%increment

@@ -2,7 +2,7 @@
 module finshell_observer
    use finshell_kinds, only: wp, dp
    use finshell_error, only: error_t
-   use finshell_state, only: state_t
+   use finshell_state, only: state_t, linear_change_t
    implicit none
    private
    public :: record_t, observer_t
@@ -39,12 +39,14 @@ module finshell_observer
    end type observer_t
 
    abstract interface
-      subroutine increment_interface(self, state, record, error)
-         import :: observer_t, state_t, record_t, error_t
+      subroutine increment_interface(self, state, record, error, change)
+         import :: observer_t, state_t, record_t, error_t, linear_change_t
          class(observer_t), intent(inout) :: self
          type(state_t), intent(in) :: state
          type(record_t), intent(in) :: record
          type(error_t), allocatable, intent(out) :: error
+         !> What is reported: the linear change that led to `state`, not the state itself.
+         type(linear_change_t), intent(in), optional, target :: change
       end subroutine increment_interface
    end interface
 end module finshell_observer

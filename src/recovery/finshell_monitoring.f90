@@ -11,7 +11,7 @@ module finshell_monitoring
    use finshell_recovery, only: recovery_t, recover, recovered, small_part
    use finshell_result_fields, only: result_field_t, result_fields, place_name, on_nodes, on_elements
    use finshell_volume, only: volume_behind
-   use finshell_state, only: state_t, moved_state
+   use finshell_state, only: state_t, moved_state, linear_change_t
    implicit none
    private
    public :: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, cell_fields, cell_entries
@@ -53,13 +53,14 @@ contains
    end subroutine new_watch
 
    !> One number per watch.
-   recursive subroutine monitored_values(problem, state, watches, values, missing, recovery)
+   recursive subroutine monitored_values(problem, state, watches, values, missing, recovery, change)
       type(equilibrium_t), intent(in), target :: problem
       type(state_t), intent(in), target :: state
       type(watch_t), intent(in) :: watches(:)
       real(wp), intent(out) :: values(:) !< (size(watches))
       logical, intent(out) :: missing(:) !< (size(watches)) an element has no such value; that of the watch is 0
       type(recovery_t), intent(in), optional :: recovery !< of the elements that the watches need, if there is one already
+      type(linear_change_t), intent(in), optional, target :: change !< what is reported, instead of the state
       type(recovery_t) :: own
       type(node_results_t) :: results
       type(node_field_t) :: nodal(n_node_fields)
@@ -68,13 +69,13 @@ contains
 
       if (.not. present(recovery)) then
          call recover(problem, state, watched_elements(watches, size(problem%structure%mesh%triangles, 2)), &
-                      watched_entries(watches), own)
-         call monitored_values(problem, state, watches, values, missing, own)
+                      watched_entries(watches), own, change)
+         call monitored_values(problem, state, watches, values, missing, own, change)
          return
       end if
       missing = .false.
       nodal = node_fields()
-      call new_node_results(problem, state, results)
+      call new_node_results(problem, state, results, change)
       do i = 1, size(watches)
          associate (w => watches(i))
             values(i) = 0
@@ -89,8 +90,8 @@ contains
                   values(i) = reduced(field%values(w%component, w%place, list), w%reduce)
                end associate
             case default
-               if (w%field%name == 'volume') values(i) = changed_volume(problem, state)
-               if (w%field%name == 'energy') values(i) = changed_energy(problem, state)
+               if (w%field%name == 'volume') values(i) = changed_volume(problem, state, change)
+               if (w%field%name == 'energy') values(i) = changed_energy(problem, state, change)
             end select
             values(i) = w%factor*values(i)
          end associate
@@ -133,46 +134,49 @@ contains
    end function watched_entries
 
    !> What nodal fields are made of.
-   subroutine new_node_results(problem, state, results)
+   subroutine new_node_results(problem, state, results, change)
       type(equilibrium_t), intent(in), target :: problem
       type(state_t), intent(in), target :: state
       type(node_results_t), intent(out) :: results
+      type(linear_change_t), intent(in), optional, target :: change
       results%state => state
       results%internal_force => problem%internal_force
       results%external_force => problem%external_force
-      if (.not. allocated(problem%change)) return
-      results%spin => problem%change%motion(4:6, :)
-      if (.not. problem%change%alone) results%base => problem%state%rotation
+      if (.not. present(change)) return
+      results%spin => change%motion(4:6, :)
+      if (.not. change%alone) results%base => problem%state%rotation
    end subroutine new_node_results
 
    !> Volume of the state, or linearised.
-   function changed_volume(problem, state) result(volume)
+   function changed_volume(problem, state, change) result(volume)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(linear_change_t), intent(in), optional :: change
       real(wp) :: volume
       real(wp) :: part
-      if (.not. allocated(problem%change)) then
+      if (.not. present(change)) then
          volume = pressurised_volume(problem, state)
          return
       end if
-      associate (motion => problem%change%motion)
+      associate (motion => change%motion)
          part = small_part(motion, problem%detail)
          volume = (pressurised_volume(problem, moved_state(problem%state, motion, part)) &
                    - pressurised_volume(problem, moved_state(problem%state, motion, -part)))/(2*part)
       end associate
-      if (.not. problem%change%alone) volume = volume + pressurised_volume(problem, problem%state)
+      if (.not. change%alone) volume = volume + pressurised_volume(problem, problem%state)
    end function changed_volume
 
    !> Stored energy, to second order of a linear change.
-   function changed_energy(problem, state) result(energy)
+   function changed_energy(problem, state, change) result(energy)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(linear_change_t), intent(in), optional :: change
       real(wp) :: energy
-      if (.not. allocated(problem%change)) then
+      if (.not. present(change)) then
          energy = stored_energy(problem, state)
       else
-         energy = problem%change%energy
-         if (.not. problem%change%alone) energy = energy + stored_energy(problem, problem%state)
+         energy = change%energy
+         if (.not. change%alone) energy = energy + stored_energy(problem, problem%state)
       end if
    end function changed_energy
 
@@ -214,10 +218,11 @@ contains
    end function stored_energy
 
    !> Nodal result fields.
-   function point_fields(problem, state, output) result(fields)
+   function point_fields(problem, state, output, change) result(fields)
       type(equilibrium_t), intent(in), target :: problem
       type(state_t), intent(in), target :: state
       type(output_t), intent(in) :: output
+      type(linear_change_t), intent(in), optional, target :: change
       type(field_t), allocatable :: fields(:)
       type(node_results_t) :: results
       type(node_field_t) :: table(n_node_fields)
@@ -225,7 +230,7 @@ contains
       integer, allocatable :: entries(:)
       integer :: i, k
       table = node_fields()
-      call new_node_results(problem, state, results)
+      call new_node_results(problem, state, results, change)
       entries = wanted_entries(output, on_nodes)
       allocate (fields(0), values(3, size(state%displacement, 2)))
       do i = 1, size(entries)

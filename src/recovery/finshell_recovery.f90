@@ -8,7 +8,7 @@ module finshell_recovery
    use finshell_equilibrium, only: equilibrium_t
    use finshell_field_batch, only: element_field_t, element_fields, field_value, field_places, n_element_fields, change_quadratic, &
       change_none
-   use finshell_state, only: state_t, moved_state
+   use finshell_state, only: state_t, moved_state, linear_change_t
    use finshell_status, only: status_ok
    use finshell_structure, only: structure_t
    implicit none
@@ -55,13 +55,14 @@ contains
       most_layers = maxval([(size(structure%sections(i)%layers), i=1, size(structure%sections))])
    end function most_layers
 
-   !> Fields of some elements at a state, or of the linear change of the problem.
-   subroutine recover(problem, state, elements, entries, r)
+   !> Fields of some elements at a state, or of a linear change of the state of the problem.
+   subroutine recover(problem, state, elements, entries, r, change)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: elements(:)
       integer, intent(in) :: entries(:) !< of the table
       type(recovery_t), intent(out) :: r
+      type(linear_change_t), intent(in), optional :: change
       real(wp), parameter :: fibre_part = 1.0e-3_wp !< of a mode: small beside the motion that decides which fibres act
       type(element_field_t) :: table(n_element_fields)
       type(raw_t) :: raw, near, far
@@ -72,31 +73,29 @@ contains
       allocate (r%place(size(problem%structure%element_section)), source=0)
       r%place(elements) = [(i, i=1, size(elements))]
       table = element_fields()
-      if (.not. allocated(problem%change)) then
+      if (.not. present(change)) then
          call recover_at(problem, state, elements, entries, table, raw)
       else
          base = problem%state
-         associate (change => problem%change)
-            part = small_part(change%motion, problem%detail)
-            if (change%alone) then
-               ! A mode has no sign: from both sides, with the fibres that counted for it.
-               if (allocated(change%toward)) then
-                  base = moved_state(base, change%toward, small_part(change%toward, problem%detail))
-                  part = fibre_part*part
-               end if
-               call recover_at(problem, base, elements, entries, table, raw)
-               call recover_at(problem, moved_state(base, change%motion, part), elements, entries, table, near)
-               call recover_at(problem, moved_state(base, change%motion, -part), elements, entries, table, far)
-               call combine([0.0_wp, 0.5_wp/part, -0.5_wp/part], [-2.0_wp, 1.0_wp, 1.0_wp]/(2*part**2))
-            else
-               ! From one side: where fibres begin to act the other one has another derivative.
-               call recover_at(problem, base, elements, entries, table, raw)
-               call recover_at(problem, moved_state(base, change%motion, part), elements, entries, table, near)
-               call recover_at(problem, moved_state(base, change%motion, 2*part), elements, entries, table, far)
-               call combine([1 - 1.5_wp/part, 2/part, -0.5_wp/part], &
-                            [1 - 1.5_wp/part, 2/part, -0.5_wp/part] + [1.0_wp, -2.0_wp, 1.0_wp]/(2*part**2))
+         part = small_part(change%motion, problem%detail)
+         if (change%alone) then
+            ! A mode has no sign: from both sides, with the fibres that counted for it.
+            if (allocated(change%toward)) then
+               base = moved_state(base, change%toward, small_part(change%toward, problem%detail))
+               part = fibre_part*part
             end if
-         end associate
+            call recover_at(problem, base, elements, entries, table, raw)
+            call recover_at(problem, moved_state(base, change%motion, part), elements, entries, table, near)
+            call recover_at(problem, moved_state(base, change%motion, -part), elements, entries, table, far)
+            call combine([0.0_wp, 0.5_wp/part, -0.5_wp/part], [-2.0_wp, 1.0_wp, 1.0_wp]/(2*part**2))
+         else
+            ! From one side: where fibres begin to act the other one has another derivative.
+            call recover_at(problem, base, elements, entries, table, raw)
+            call recover_at(problem, moved_state(base, change%motion, part), elements, entries, table, near)
+            call recover_at(problem, moved_state(base, change%motion, 2*part), elements, entries, table, far)
+            call combine([1 - 1.5_wp/part, 2/part, -0.5_wp/part], &
+                         [1 - 1.5_wp/part, 2/part, -0.5_wp/part] + [1.0_wp, -2.0_wp, 1.0_wp]/(2*part**2))
+         end if
       end if
       call finish(table, entries, most_layers(problem%structure), raw, r)
 
