@@ -143,9 +143,9 @@ class Section:
         """Energy, force and tangent of n elements.
 
         X, u: (n, 3, 3) reference coordinates and displacements (element, node, component). rotations: (n, 3, 3) vectors or
-        (n, 3, 4) quaternions; membranes have none. direction: (n, 3), material direction 1 (default: global x). normals: (n, 3, 3), normals of the
-        surface at the nodes, of any length (default: flat facets). toward: (n, freedoms), displacements and spins in whose direction
-        a law with a switch is looked at. straight: (n, 3) booleans, sides 0-1, 1-2, 2-0 whose displacement is prescribed.
+        (n, 3, 4) quaternions; membranes have none. direction: (n, 3), material direction 1 (default: global x). normals:
+        (n, 3, 3), normals of the surface at the nodes, of any length (default: flat facets). toward: (n, freedoms),
+        displacements and spins in whose direction a law with a switch is looked at. straight: (n, 3) booleans, sides 0-1, 1-2, 2-0 whose displacement is prescribed.
         threads 0: as OpenMP chooses.
         Raises Recoverable (cut the step) or Error when an element fails; with raise_errors=False failed elements have zeros
         and a code in `codes`, and only a call that is wrong as a whole raises.
@@ -189,7 +189,7 @@ class Section:
         return result
 
     def mass(self, X: Any, *, lumped: bool = False) -> Doubles:
-        """Mass matrices (n, freedoms, freedoms) of n elements, or with `lumped` their diagonals, from the density of the section."""
+        """Mass matrices (n, freedoms, freedoms) of n elements, or with `lumped` their diagonals, from the section's density."""
         X = array("X", X, (-1, 3, 3))
         n = len(X)
         m = np.empty((n, self.freedoms) if lumped else (n, self.freedoms, self.freedoms))
