@@ -2,8 +2,9 @@
 !>
 !>     precision_reference FILE [all]
 !>
-!> A line for each kind of section, law and parameter set: elements, how many were refused, how many have another code than here, the largest errors
-!> of energy, force and tangent (forces and stiffnesses made comparable by the size of the element, relative to the largest).
+!> A line for each kind of section, law and parameter set: elements, how many were refused, how many have another code than here,
+!> the largest errors of energy, force and tangent (forces and stiffnesses made comparable by the size of the element, relative to
+!> the largest).
 !> Elements that miss 8 digits are counted by the reason:
 !>
 !>   input    a change of the coordinates and displacements in their last place does as much (times a few hundred roundings);
