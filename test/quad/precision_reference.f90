@@ -10,7 +10,7 @@
 !>   input    a change of the coordinates and displacements in their last place does as much (times a few hundred roundings);
 !>   tangent  the tangent only, of an element with principal stretches of very different size: components of the material tangent in
 !>            the element's axes are rounded, and cancel by up to (l1/l2)^4 on the way to the nodes;
-!>   bad      neither. With `all`, each of these is described. Of membranes it is `exponential_fibre` with wrinkles and strains of 1e-8
+!>   bad      neither. With `all`, each of these is described. Of membranes `exponential_fibre` with wrinkles at strains of 1e-8
 !>            alone, which has no stiffness at rest; the others keep 8 digits without exception.
 !>
 !> Exit code 1 when more than one element of 5000 is bad (needles in strong compression, where a few hundred roundings are not
