@@ -237,6 +237,12 @@ class Elements(unittest.TestCase):
         two = finshell.Section.layered(layers, membrane=True, wrinkling=True, slack=1e-6)
         np.testing.assert_allclose(two.evaluate(SQUARE, u).force, sheet.evaluate(SQUARE, u).force, atol=1e-15)
         self.assertEqual(two.evaluate(SQUARE, u, toward=np.ones((2, 9))).force.shape, (2, 9))
+        # the volume behind membranes: rotations of zeros will do, however they are turned
+        for angle in (0.5, np.pi, 6.0):
+            turn = finshell.rotation_matrix(finshell.rotation_exp([[0.3, angle, 0.1]]))[0]
+            x = 1.1 * SQUARE @ turn.T + np.array([0.1, 0.2, 0.5])
+            volume = sum(np.dot(a, np.cross(b, c)) / 6 for a, b, c in x)
+            self.assertAlmostEqual(finshell.enclosed_volume(SQUARE, x - SQUARE, 0 * x), volume, places=14)
 
     def test_errors_of_membranes(self):
         u, _ = bent()

@@ -145,8 +145,8 @@ class Section:
         X, u: (n, 3, 3) reference coordinates and displacements (element, node, component). rotations: (n, 3, 3) vectors or
         (n, 3, 4) quaternions; membranes have none. direction: (n, 3), material direction 1 (default: global x). normals:
         (n, 3, 3), normals of the surface at the nodes, of any length (default: flat facets). toward: (n, freedoms),
-        displacements and spins in whose direction a law with a switch is looked at. straight: (n, 3) booleans, sides 0-1, 1-2, 2-0 whose displacement is prescribed.
-        threads 0: as OpenMP chooses.
+        displacements and spins in whose direction a law with a switch is looked at. straight: (n, 3) booleans, sides 0-1,
+        1-2, 2-0 whose displacement is prescribed. threads 0: as OpenMP chooses.
         Raises Recoverable (cut the step) or Error when an element fails; with raise_errors=False failed elements have zeros
         and a code in `codes`, and only a call that is wrong as a whole raises.
         """
