@@ -23,7 +23,7 @@
  * Element: three nodes, counter-clockwise about the normal. Each node has a displacement u and a rotation R, which takes
  * directors of the undeformed to those of the deformed shell, in global axes. The 18 entries of force and tangent are ordered
  * u1 t1 u2 t2 u3 t3, three components each; force is the internal force, the derivative of the stored energy; the tangent
- * its second derivative, symmetric.
+ * its second derivative, symmetric. Elements of a section with the option "membrane" have displacements only: 9 entries, u1 u2 u3.
  *
  * A guide with complete programs: doc/c_api.md. "Since" says which version brought a function; none has been removed
  * or changed while FINSHELL_ABI stays the same.
@@ -46,6 +46,7 @@ enum {
    FINSHELL_COLLAPSED_ELEMENT = 1,    /* the current area is zero or not finite */
    FINSHELL_MATERIAL_LIMIT = 2,       /* the law cannot be evaluated at this strain, or results overflow */
    FINSHELL_LARGE_ROTATION = 3,       /* a nodal rotation relative to its element nears pi */
+   FINSHELL_NOT_CONVERGED = 4,        /* the wrinkles of a membrane were not found */
    FINSHELL_INVALID_ARGUMENT = -1,    /* NULL, size, name or option; a direction or quaternion of zeros; a normal of zeros, or 90
                                            degrees or more from that of its triangle */
    FINSHELL_DEGENERATE_REFERENCE = -2, /* the reference triangle has no area (height below 1e-10 of its longest side), or is not
@@ -65,6 +66,13 @@ enum {
    /* Rotation vectors t [n][3][3] since a state, whose quaternions [n][3][4] are passed as `state`: R = exp(t) R_state. Force
     * and tangent are derivatives with respect to t. For codes that add up unknowns within a step. */
    FINSHELL_ROTATION_INCREMENT = 3
+};
+
+/* What a membrane that wrinkles is doing: see finshell_elements_wrinkles. */
+enum {
+   FINSHELL_SHEET_SLACK = 0,    /* it bears nothing */
+   FINSHELL_SHEET_WRINKLED = 1, /* it bears tension along the ridges of its wrinkles only */
+   FINSHELL_SHEET_TAUT = 2      /* it bears tension in both directions */
 };
 
 /* What happened, kept by the caller; may be passed as NULL. */
@@ -128,7 +136,7 @@ typedef struct finshell_layer {
    const char *const *names; /* [parameters] of the law */
    const double *values;     /* [parameters] */
    int32_t parameters;
-   int32_t points;   /* Gauss points through the layer, 1 to 12; 0: 3 */
+   int32_t points;   /* Gauss points through the layer, 1 to 12; 0: 3; of a membrane 0 only */
    double thickness; /* > 0, length */
    double angle;     /* degrees, from the element's material direction to axis 1 of the law, about the normal */
    double density;   /* mass per reference volume, used by finshell_mass_matrix only */
@@ -145,6 +153,10 @@ typedef struct finshell_layer {
  *     "arc"               1: curvature by the tangents of the arc, 0: of its chord; (S) only (1)
  *     "offset"            height of the middle of the section above the surface of the nodes, along the normal; length (0)
  *     "density"           mass per reference volume, used by finshell_mass_matrix only (0)
+ *     "membrane"          1: no stiffness in bending, no rotations, 9 freedoms an element; takes none of "thickness_points",
+ *                         "formulation", "beta0", "arc" and "offset" (0)
+ *     "wrinkling"         1, of a membrane: it wrinkles or goes slack instead of bearing compression (relaxed energy) (0)
+ *     "slack"             with wrinkling: part of its natural stiffness that a membrane keeps against compression, 0 to 1 (1e-6)
  *   *section: the handle, NULL after an error.
  * Errors: -1 unknown law, parameter or option, missing or senseless value (the message names it and lists what there is);
  * -6. Since 0.1. */
@@ -152,14 +164,17 @@ int32_t finshell_section_create(const char *material, int32_t parameters, const 
                                 double thickness, int32_t options, const char *const *option_names,
                                 const double *option_values, finshell_section **section, finshell_status *status);
 
-/* A section of layers, bottom to top along the normal. Options: "formulation", "beta0", "arc", "offset" as above. Errors: as above.
- * Since 0.1. */
+/* A section of layers, bottom to top along the normal. Options: "formulation", "beta0", "arc", "offset", "membrane", "wrinkling",
+ * "slack" as above. Errors: as above. Since 0.1. */
 int32_t finshell_section_create_layered(int32_t layers, const finshell_layer *layer, int32_t options,
                                         const char *const *option_names, const double *option_values,
                                         finshell_section **section, finshell_status *status);
 
 /* Frees a section; NULL is ignored, and so is what is no section (destroyed before, or never created). Since 0.1. */
 void finshell_section_destroy(finshell_section *section);
+
+/* Freedoms of an element of a section: 18, of a membrane 9. Errors: -1. Since 0.1. */
+int32_t finshell_section_freedoms(const finshell_section *section, finshell_status *status);
 
 /* ------------------------------------------------------------------ elements */
 
@@ -181,7 +196,8 @@ typedef struct finshell_elements {
    int32_t reserved;        /* 0 */
    const double *X;         /* [n][3][3] reference coordinates (element, node, component) */
    const double *u;         /* [n][3][3] displacements */
-   const double *rotations; /* [n][3][3] or [n][3][4], as `convention` says */
+   const double *rotations; /* [n][3][3] or [n][3][4], as `convention` says. Of membranes `convention`, `rotations`, `state`, `normals`
+                               and `straight` are not looked at and may be NULL or 0. */
    /* From here on each may be NULL. */
    const double *state;     /* [n][3][4] needed for FINSHELL_ROTATION_INCREMENT, else not looked at */
    const double *direction; /* [n][3] material direction 1, global, any length, projected on the element; NULL: global x (z where x
@@ -191,17 +207,17 @@ typedef struct finshell_elements {
                                flat facets, and so are elements whose three normals are that of the triangle. No effect in
                                formulation (P). Where a surface has a crease, each side has normals of its own. */
    const double *toward;    /* [n][18] for a tangent at a switch of a law, as fibres in tension only have it where they are just
-                               unstretched: displacements and spins of the nodes in whose direction it is taken. NULL: fibres at the
-                               switch are slack. */
+                               unstretched: displacements and spins of the nodes in whose direction it is taken; of membranes [n][9].
+                               NULL: fibres at the switch are slack. */
    const int32_t *straight; /* [n][3] of each side (nodes 0-1, 1-2, 2-0): 0 free; 1 not bent by drilling rotations, because its
                                displacement along its normal in the plane of the element is prescribed; 2 nor by slopes, because
                                that along the normal of the element is prescribed, too. NULL: all free. */
 } finshell_elements;
 
 /* Energy, force and tangent of n elements of one section.
- *   energy [n]             stored energy
- *   force [n][18]          internal force
- *   tangent [n][18][18]    symmetric, both triangles
+ *   energy [n]             stored energy; of membranes that wrinkle the relaxed one, with what is left of it against compression
+ *   force [n][18]          internal force; of membranes [n][9]
+ *   tangent [n][18][18]    symmetric, both triangles; of membranes [n][9][9]
  *   codes [n]              per element
  * Elements are computed eight at a time: a call for one element costs what a call for eight does.
  * Errors: all codes. Since 0.1. */
@@ -212,14 +228,23 @@ int32_t finshell_elements_evaluate(const finshell_section *section, const finshe
  * the element and carried along by its rotation; isotropic laws as well.
  *   stretch [n]                 current over reference thickness, of the surface of the nodes; that of the facet, with normals too
  *   membrane_force [n][3]       per reference length, conjugate to the Green-Lagrange strain of the surface of the nodes
- *   moment [n][3]               per reference length, about the surface of the nodes, conjugate to the curvature
+ *   moment [n][3]               per reference length, about the surface of the nodes, conjugate to the curvature; of membranes zeros
  *   stress [n][3][3]            Cauchy stress (element; bottom, middle, top of the section; component); evaluated only if asked for:
  *                               a law may end at the surfaces (code 2) and not at the points that evaluation looks at
  *   codes [n]
- * Errors: all codes. Since 0.1. */
+ * Of membranes that wrinkle stretch and stresses are those of the material, which is wider than its facet; what is left against
+ * compression is left out. Errors: all codes. Since 0.1. */
 int32_t finshell_elements_recover(const finshell_section *section, const finshell_elements *elements, double *stretch,
                                   double *membrane_force, double *moment, double *stress, int32_t *codes,
                                   finshell_status *status);
+
+/* Which of n membranes are slack, wrinkled or taut, and where the wrinkles run. A section of a shell is refused.
+ *   state [n]      FINSHELL_SHEET_...; taut unless the section has "wrinkling"
+ *   ridge [n][3]   unit vector along the ridges, global, in the deformed state (either of the two); zeros unless wrinkled
+ *   codes [n]
+ * Errors: all codes. Since 0.1. */
+int32_t finshell_elements_wrinkles(const finshell_section *section, const finshell_elements *elements, int32_t *state,
+                                   double *ridge, int32_t *codes, finshell_status *status);
 
 /* Pressure on the elements of a block, flat or curved, and the volume behind them. With normals it acts on the curved surface: beside
  * the forces on the facets it has forces and couples, those of the work on the caps between facets and surface. (With formulation
@@ -235,7 +260,8 @@ int32_t finshell_elements_recover(const finshell_section *section, const finshel
  *                           elements' tangent minus this.
  *   codes [n]
  * `threads`, `direction` and `toward` do not matter, of `straight` only 2. Over a free edge the side counts as straight.
- * Errors: all codes but 2. Since 0.1. */
+ * Pressure on membranes, in their 9 freedoms: finshell_pressure_load; the volume behind them: from here, rotations being zeros.
+ * Errors: all codes but 2 and 4. Since 0.1. */
 int32_t finshell_elements_pressure(const finshell_elements *elements, const double *pressure, int32_t form, const double *origin,
                                    double *volume, double *force, double *stiffness, int32_t *codes, finshell_status *status);
 
@@ -254,6 +280,7 @@ int32_t finshell_recover(const finshell_section *section, int32_t n, const doubl
  *   X [n][3][3]              reference coordinates
  *   consistent [n][18][18]   symmetric; linear interpolation
  *   lumped [n][18]           diagonal, a third of the element at each node
+ * Of membranes [n][9][9] and [n][9], and what follows is about shells.
  * Rates are those of displacements and spins (w = T(t) dt/dt for rotation vectors, see finshell_rotation_tangent). Without
  * offset and with layers symmetric about the surface of the nodes the matrices hold in any motion; else the coupling of
  * displacement and spin is that of the reference normal (consistent), or left out (lumped).
@@ -261,7 +288,7 @@ int32_t finshell_recover(const finshell_section *section, int32_t n, const doubl
 int32_t finshell_mass_matrix(const finshell_section *section, int32_t n, const double *X, double *consistent, double *lumped,
                       int32_t *codes, finshell_status *status);
 
-/* Follower pressure on n flat triangles, in displacements only. On curved elements: finshell_elements_pressure.
+/* Follower pressure on n flat triangles, in displacements only: that of membranes. On curved elements: finshell_elements_pressure.
  *   pressure [n]           per current area, positive along the current normal
  *   X, u [n][3][3]         reference coordinates, displacements
  *   form                   0: follower, p A n / 3 at each node; stiffness unsymmetric on an element.

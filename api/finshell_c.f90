@@ -13,6 +13,7 @@ module finshell_c
    integer(c_int32_t), parameter :: finshell_collapsed_element = 1
    integer(c_int32_t), parameter :: finshell_material_limit = 2
    integer(c_int32_t), parameter :: finshell_large_rotation = 3
+   integer(c_int32_t), parameter :: finshell_not_converged = 4
    integer(c_int32_t), parameter :: finshell_invalid_argument = -1
    integer(c_int32_t), parameter :: finshell_degenerate_reference = -2
    integer(c_int32_t), parameter :: finshell_not_a_number = -3
@@ -23,6 +24,9 @@ module finshell_c
    integer(c_int32_t), parameter :: finshell_at_element = 1
    integer(c_int32_t), parameter :: finshell_at_surfaces = 2
    integer(c_int32_t), parameter :: finshell_at_layers = 3
+   integer(c_int32_t), parameter :: finshell_sheet_slack = 0
+   integer(c_int32_t), parameter :: finshell_sheet_wrinkled = 1
+   integer(c_int32_t), parameter :: finshell_sheet_taut = 2
    integer(c_int32_t), parameter :: finshell_abi_number = 2 !< what finshell_abi must return
 
    type, bind(c) :: finshell_status
@@ -167,6 +171,13 @@ module finshell_c
          type(c_ptr), value :: section
       end subroutine finshell_section_destroy
 
+      function finshell_section_freedoms(section, status) result(number) bind(c)
+         import :: c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: section
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: number
+      end function finshell_section_freedoms
+
       function finshell_elements_evaluate(section, elements, energy, force, tangent, codes, status) result(code) bind(c)
          import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
          type(c_ptr), value :: section
@@ -192,6 +203,17 @@ module finshell_c
          type(finshell_status), intent(out), optional :: status
          integer(c_int32_t) :: code
       end function finshell_elements_recover
+
+      function finshell_elements_wrinkles(section, elements, state, ridge, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
+         type(c_ptr), value :: section
+         type(finshell_elements), intent(in) :: elements
+         integer(c_int32_t), intent(out), optional :: state(*)
+         real(c_double), intent(out), optional :: ridge(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_elements_wrinkles
 
       function finshell_elements_pressure(elements, pressure, form, origin, volume, force, stiffness, codes, status) &
          result(code) bind(c)

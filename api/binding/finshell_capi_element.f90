@@ -6,9 +6,11 @@ module finshell_capi_element
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int32_t, c_null_ptr, c_ptr
    use finshell_batch, only: evaluate_elements, recover_elements
    use finshell_capi_common, only: c_status_t, check_batch, judge, refuse, refuse_memory
-   use finshell_capi_elements, only: c_elements_t, conclude, read_block, receive, receive_section, whole_block
+   use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, receive_section, &
+      whole_block
    use finshell_environment, only: environment_t, hold, release
-   use finshell_mass, only: mass_elements
+   use finshell_mass, only: mass_elements, mass_membranes
+   use finshell_membrane_batch, only: evaluate_membranes, recover_membranes
    use finshell_section, only: section_t
    use finshell_status, only: status_ok
    implicit none
@@ -79,25 +81,30 @@ contains
       code = recover_given('finshell_recover', section, block, stretch, membrane_force, moment, stress, codes, status)
    end function recover
 
-   function evaluate_given(place, section, block, energy, force, tangent, codes, status) result(code)
+   function evaluate_given(place, section, given, energy, force, tangent, codes, status) result(code)
       character(len=*), intent(in) :: place
       type(c_ptr), intent(in) :: section
-      type(c_elements_t), intent(in) :: block
-      real(c_double), intent(out), optional :: energy(block%n), force(18, block%n), tangent(18, 18, block%n)
-      integer(c_int32_t), intent(out), optional, target :: codes(block%n)
+      type(c_elements_t), intent(in) :: given
+      real(c_double), intent(out), optional :: energy(given%n), force(*), tangent(*)
+      integer(c_int32_t), intent(out), optional, target :: codes(given%n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       type(section_t), pointer :: s
+      type(c_elements_t) :: block
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
       integer, allocatable :: held(:, :)
       integer(c_int32_t), target :: local(few)
       integer(c_int32_t), allocatable, target :: many(:)
       integer(c_int32_t), pointer, contiguous :: found(:)
-      integer :: memory, team
+      integer, target :: number
+      integer, pointer :: team
+      integer :: memory
 
       code = receive_section(place, section, s, status)
-      if (code == status_ok) code = receive(place, block, x, u, r, state, direction, normal, toward, held, status)
+      if (code /= status_ok) return
+      block = as_seen_by(s, given)
+      code = receive(place, block, freedoms_of(s), x, u, r, state, direction, normal, toward, held, status)
       if (code /= status_ok .or. block%n == 0) return
       if (present(codes)) then
          found => codes
@@ -111,28 +118,32 @@ contains
          end if
          found => many
       end if
-      if (block%threads == 0 .and. .not. forked()) then
-         call evaluate_elements(s, block%n, x, u, r, block%convention, found, energy, force, tangent, direction, state=state, &
-                                toward=toward, held=held, normal=normal)
+      number = min(block%threads, most_threads)
+      if (number /= 1) then
+         if (forked()) number = 1
+      end if
+      nullify (team) ! and so absent in the call: as OpenMP chooses
+      if (number /= 0) team => number
+      if (s%membrane) then
+         call evaluate_membranes(s, block%n, x, u, found, energy, force, tangent, direction, team, toward)
       else
-         team = min(block%threads, most_threads)
-         if (team > 1) team = merge(1, team, forked())
-         call evaluate_elements(s, block%n, x, u, r, block%convention, found, energy, force, tangent, direction, max(1, team), &
-                                state, toward=toward, held=held, normal=normal)
+         call evaluate_elements(s, block%n, x, u, r, block%convention, found, energy, force, tangent, direction, team, state, &
+                                toward=toward, held=held, normal=normal)
       end if
       code = conclude(place, block, found, status)
    end function evaluate_given
 
-   function recover_given(place, section, block, stretch, membrane_force, moment, stress, codes, status) result(code)
+   function recover_given(place, section, given, stretch, membrane_force, moment, stress, codes, status) result(code)
       character(len=*), intent(in) :: place
       type(c_ptr), intent(in) :: section
-      type(c_elements_t), intent(in) :: block
-      real(c_double), intent(out), optional :: stretch(block%n), membrane_force(3, block%n), moment(3, block%n), &
-                                               stress(3, 3, block%n)
-      integer(c_int32_t), intent(out), optional :: codes(block%n)
+      type(c_elements_t), intent(in) :: given
+      real(c_double), intent(out), optional :: stretch(given%n), membrane_force(3, given%n), moment(3, given%n), &
+                                               stress(3, 3, given%n)
+      integer(c_int32_t), intent(out), optional :: codes(given%n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       type(section_t), pointer :: s
+      type(c_elements_t) :: block
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
       integer, allocatable :: held(:, :)
@@ -140,15 +151,22 @@ contains
       integer :: memory
 
       code = receive_section(place, section, s, status)
-      if (code == status_ok) code = receive(place, block, x, u, r, state, direction, normal, toward, held, status)
+      if (code /= status_ok) return
+      block = as_seen_by(s, given)
+      code = receive(place, block, freedoms_of(s), x, u, r, state, direction, normal, toward, held, status)
       if (code /= status_ok .or. block%n == 0) return
       allocate (found(block%n), stat=memory)
       if (memory /= 0) then
          code = refuse_memory(status, place)
          return
       end if
-      call recover_elements(s, block%n, x, u, r, block%convention, found, stretch, membrane_force, moment, stress, direction, &
-                            state, held=held, normal=normal)
+      if (s%membrane) then
+         call recover_membranes(s, block%n, x, u, found, stretch, membrane_force, stress, direction=direction)
+         if (present(moment)) moment = 0
+      else
+         call recover_elements(s, block%n, x, u, r, block%convention, found, stretch, membrane_force, moment, stress, direction, &
+                               state, held=held, normal=normal)
+      end if
       if (present(codes)) codes = found
       code = conclude(place, block, found, status)
    end function recover_given
@@ -157,7 +175,7 @@ contains
       type(c_ptr), value :: section
       integer(c_int32_t), value :: n
       real(c_double), intent(in), optional :: x(3, 3, n)
-      real(c_double), intent(out), optional :: consistent(18, 18, n), lumped(18, n)
+      real(c_double), intent(out), optional :: consistent(*), lumped(*)
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
@@ -181,7 +199,11 @@ contains
          return
       end if
       call hold(environment)
-      call mass_elements(s, n, x, found, consistent, lumped)
+      if (s%membrane) then
+         call mass_membranes(s, n, x, found, consistent, lumped)
+      else
+         call mass_elements(s, n, x, found, consistent, lumped)
+      end if
       call release(environment)
       if (present(codes)) codes = found
       code = judge(status, place, n, found)

@@ -9,11 +9,12 @@ module finshell_capi_elements
    use finshell_capi_common, only: accept, c_status_t, judge, refuse, refuse_memory
    use finshell_capi_handle, only: section_of
    use finshell_environment, only: environment_t, hold, release
+   use finshell_membrane_batch, only: n_membrane
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private
-   public :: c_elements_t, read_block, receive, receive_section, conclude, whole_block
+   public :: c_elements_t, read_block, receive, receive_section, conclude, whole_block, freedoms_of, as_seen_by
 
    !> finshell_elements of the header. What a shorter block does not hold is zero.
    type, bind(c) :: c_elements_t
@@ -32,6 +33,7 @@ module finshell_capi_elements
       type(c_ptr) :: straight = c_null_ptr
    end type c_elements_t
 
+   integer, parameter, public :: n_shell = 18 !< freedoms: u1 t1 u2 t2 u3 t3, three components each
    integer, parameter :: optional_members = 5 !< pointers behind `rotations`, the last that is required
    integer(c_int64_t), parameter :: no_size = 4096 !< whatever is larger was not set
 
@@ -102,13 +104,34 @@ contains
       end if
    end function receive_section
 
+   !> Freedoms of an element of a section.
+   pure integer function freedoms_of(section)
+      type(section_t), intent(in) :: section
+      freedoms_of = merge(n_membrane, n_shell, section%membrane)
+   end function freedoms_of
+
+   !> A block as far as a section looks at it: membranes have neither rotations nor normals nor sides that bend.
+   pure function as_seen_by(section, block) result(seen)
+      type(section_t), intent(in) :: section
+      type(c_elements_t), intent(in) :: block
+      type(c_elements_t) :: seen
+      seen = block
+      if (.not. section%membrane) return
+      seen%convention = rotation_vector
+      seen%rotations = c_null_ptr
+      seen%state = c_null_ptr
+      seen%normals = c_null_ptr
+      seen%straight = c_null_ptr
+   end function as_seen_by
+
    !> Check a block and point to what it holds; with n = 0 only the numbers. Sets `status` to done.
    !>
    !> What the block does not hold is not associated, and counts as absent in a call. (Not so, for gfortran 12, the components of a
    !> structure.)
-   function receive(place, block, x, u, rotations, state, direction, normal, toward, held, status) result(code)
+   function receive(place, block, freedoms, x, u, rotations, state, direction, normal, toward, held, status) result(code)
       character(len=*), intent(in) :: place
       type(c_elements_t), intent(in) :: block
+      integer, intent(in) :: freedoms !< of an element; elements of `n_shell` need rotations
       real(c_double), pointer, contiguous, dimension(:, :, :), intent(out) :: x, u, rotations, state, normal
       real(c_double), pointer, contiguous, dimension(:, :), intent(out) :: direction, toward
       integer, allocatable, intent(out) :: held(:, :)
@@ -132,7 +155,7 @@ contains
             code = refuse(status, place, 'X is NULL')
          else if (.not. c_associated(block%u)) then
             code = refuse(status, place, 'u is NULL')
-         else if (.not. c_associated(block%rotations)) then
+         else if (freedoms == n_shell .and. .not. c_associated(block%rotations)) then
             code = refuse(status, place, 'rotations is NULL')
          else if (block%convention == rotation_increment .and. .not. c_associated(block%state)) then
             code = refuse(status, place, 'state is NULL, and rotation increments need it')
@@ -144,11 +167,11 @@ contains
       c = merge(4, 3, block%convention == rotation_quaternion)
       call c_f_pointer(block%x, x, [3, 3, block%n])
       call c_f_pointer(block%u, u, [3, 3, block%n])
-      call c_f_pointer(block%rotations, rotations, [c, 3, block%n])
+      if (c_associated(block%rotations)) call c_f_pointer(block%rotations, rotations, [c, 3, block%n])
       if (c_associated(block%state)) call c_f_pointer(block%state, state, [4, 3, block%n])
       if (c_associated(block%direction)) call c_f_pointer(block%direction, direction, [3, block%n])
       if (c_associated(block%normals)) call c_f_pointer(block%normals, normal, [3, 3, block%n])
-      if (c_associated(block%toward)) call c_f_pointer(block%toward, toward, [18, block%n])
+      if (c_associated(block%toward)) call c_f_pointer(block%toward, toward, [freedoms, block%n])
       if (.not. c_associated(block%straight)) return
       call c_f_pointer(block%straight, sides, [3, block%n])
       allocate (held(3, block%n), stat=memory)

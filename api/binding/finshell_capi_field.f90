@@ -2,7 +2,7 @@
 module finshell_capi_field
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int32_t, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, store_text, text_from
-   use finshell_capi_elements, only: c_elements_t, conclude, read_block, receive, receive_section
+   use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, receive_section
    use finshell_environment, only: environment_t, hold, release
    use finshell_field_batch, only: element_field_t, element_fields, find_element_field, field_value, field_places, recover_fields, &
       n_element_fields
@@ -87,8 +87,11 @@ contains
 !$omp end critical (finshell_texts)
       call release(environment)
       if (code == status_ok) code = receive_section(place, section, s, status)
-      if (code == status_ok) code = receive(place, block, x, u, r, state, direction, normal, toward, held, status)
+      if (code /= status_ok) return
+      block = as_seen_by(s, block)
+      code = receive(place, block, freedoms_of(s), x, u, r, state, direction, normal, toward, held, status)
       if (code /= status_ok .or. block%n == 0) return
+      if (s%membrane) r => u ! not looked at, but something
       table = element_fields()
       associate (field => table(entry), n => block%n)
          places = field_places(field, size(s%layers))

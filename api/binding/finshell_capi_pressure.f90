@@ -2,7 +2,7 @@
 module finshell_capi_pressure
    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_ptr
    use finshell_capi_common, only: c_status_t, check_batch, judge, refuse, refuse_memory
-   use finshell_capi_elements, only: c_elements_t, conclude, read_block, receive
+   use finshell_capi_elements, only: c_elements_t, conclude, n_shell, read_block, receive
    use finshell_environment, only: environment_t, hold, release
    use finshell_pressure, only: follower_pressure
    use finshell_status, only: status_collapsed_element, status_not_a_number, status_ok
@@ -46,7 +46,7 @@ contains
       real(c_double) :: part(3, 3)
       integer :: e, i, j, memory
 
-      code = receive(place, block, x, u, r, state, direction, normal, toward, held, status)
+      code = receive(place, block, n_shell, x, u, r, state, direction, normal, toward, held, status)
       if (code /= status_ok) return
       if (form /= 0 .and. form /= 1) then
          code = refuse(status, place, no_form, form)

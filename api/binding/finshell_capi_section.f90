@@ -4,16 +4,17 @@
 module finshell_capi_section
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_loc, c_null_ptr, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, text_from
+   use finshell_capi_elements, only: freedoms_of, receive_section
    use finshell_capi_handle, only: free_handle, handle_t, new_handle
    use finshell_environment, only: environment_t, hold, release
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp
    use finshell_registry, only: new_material
-   use finshell_section, only: formulation_s, new_layered_section, ply_t
-   use finshell_status, only: status_invalid_argument
+   use finshell_section, only: formulation_s, new_layered_section, ply_t, section_t
+   use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private
-   public :: c_layer_t, create, create_layered, destroy
+   public :: c_layer_t, create, create_layered, destroy, freedoms
 
    !> finshell_layer of the header.
    type, bind(c) :: c_layer_t
@@ -29,12 +30,13 @@ module finshell_capi_section
 
    !> What the options say.
    type :: options_t
-      real(wp), allocatable :: beta0 !< unallocated: the default
+      real(wp), allocatable :: beta0, slack !< unallocated: the default
       real(wp) :: offset = 0
-      integer :: arc = 1
+      integer :: arc = 1, membrane = 0, wrinkling = 0
       integer :: formulation = formulation_s
    end type options_t
 
+   character(len=*), parameter :: known_options = 'formulation, beta0, arc, offset, membrane, wrinkling, slack'
    integer, parameter :: name_length = 32 !< longer names are unknown ones
 
 contains
@@ -126,7 +128,11 @@ contains
          plies(i)%angle = given(i)%angle
          plies(i)%density = given(i)%density
          if (given(i)%points /= 0) plies(i)%points = given(i)%points
-         call read_material(given(i)%material, given(i)%parameters, given(i)%names, given(i)%values, plies(i), error)
+         if (chosen%membrane == 1 .and. given(i)%points /= 0) then
+            call raise(error, status_invalid_argument, 'points is '//text_of(given(i)%points)//', and a membrane has none: leave 0')
+         else
+            call read_material(given(i)%material, given(i)%parameters, given(i)%names, given(i)%values, plies(i), error)
+         end if
          if (allocated(error)) error%message = 'layer '//text_of(i)//': '//error%message
       end do
       if (allocated(error)) then
@@ -140,6 +146,17 @@ contains
       type(c_ptr), value :: section
       call free_handle(section)
    end subroutine destroy
+
+   function freedoms(section, status) result(number) bind(c, name='finshell_section_freedoms')
+      type(c_ptr), value :: section
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: number
+      type(section_t), pointer :: s
+      number = receive_section('finshell_section_freedoms', section, s, status)
+      if (number /= status_ok) return
+      number = accept(status)
+      number = freedoms_of(s)
+   end function freedoms
 
    !> Make the section, or say why not.
    function finish(place, plies, chosen, section, status) result(code)
@@ -161,7 +178,8 @@ contains
          code = refuse_memory(status, place)
          return
       end if
-      call new_layered_section(made%section, plies, error, chosen%formulation, chosen%beta0, chosen%offset, chosen%arc /= 0)
+      call new_layered_section(made%section, plies, error, chosen%formulation, chosen%beta0, chosen%offset, chosen%arc /= 0, &
+                               chosen%wrinkling /= 0, chosen%slack, chosen%membrane /= 0)
       if (allocated(error)) then
          deallocate (made)
          code = refuse(status, place, error%message)
@@ -214,26 +232,49 @@ contains
          case ('beta0')
             chosen%beta0 = numbers(i)
          case ('arc')
-            call whole_number(list(i), numbers(i), chosen%arc, error)
-            if (.not. allocated(error) .and. chosen%arc /= 0 .and. chosen%arc /= 1) call raise(error, status_invalid_argument, &
-               'arc is '//text_of(chosen%arc)//', expected 0 or 1')
+            call yes_or_no(list(i), numbers(i), chosen%arc, error)
          case ('offset')
             chosen%offset = numbers(i)
+         case ('membrane')
+            call yes_or_no(list(i), numbers(i), chosen%membrane, error)
+         case ('wrinkling')
+            call yes_or_no(list(i), numbers(i), chosen%wrinkling, error)
+         case ('slack')
+            chosen%slack = numbers(i)
          case default
             if (.not. present(ply)) then
-               call raise(error, status_invalid_argument, unknown(list(i), 'formulation, beta0, arc, offset'))
+               call raise(error, status_invalid_argument, unknown(list(i), known_options))
             else if (list(i) == 'thickness_points') then
                call whole_number(list(i), numbers(i), ply%points, error)
             else if (list(i) == 'density') then
                ply%density = numbers(i)
             else
-               call raise(error, status_invalid_argument, &
-                          unknown(list(i), 'formulation, beta0, arc, offset, thickness_points, density'))
+               call raise(error, status_invalid_argument, unknown(list(i), known_options//', thickness_points, density'))
             end if
          end select
          if (allocated(error)) return
       end do
+      call check_kind(list, chosen%membrane == 1, error)
    end subroutine read_options
+
+   !> Options that mean nothing to the kind of section.
+   subroutine check_kind(list, membrane, error)
+      character(len=*), intent(in) :: list(:)
+      logical, intent(in) :: membrane
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+      do i = 1, size(list)
+         select case (list(i))
+         case ('formulation', 'beta0', 'arc', 'offset', 'thickness_points')
+            if (membrane) call raise(error, status_invalid_argument, &
+               'a membrane has no option '''//trim(list(i))//''': it does not bend')
+         case ('wrinkling', 'slack')
+            if (.not. membrane) call raise(error, status_invalid_argument, &
+               'only a membrane has the option '''//trim(list(i))//''': give membrane = 1, too')
+         end select
+         if (allocated(error)) return
+      end do
+   end subroutine check_kind
 
    pure function unknown(name, known) result(text)
       character(len=*), intent(in) :: name, known
@@ -252,6 +293,16 @@ contains
       end if
       call raise(error, status_invalid_argument, trim(name)//' is '//text_of(value)//', expected a small whole number')
    end subroutine whole_number
+
+   subroutine yes_or_no(name, value, number, error)
+      character(len=*), intent(in) :: name
+      real(c_double), intent(in) :: value
+      integer, intent(inout) :: number
+      type(error_t), allocatable, intent(inout) :: error
+      call whole_number(name, value, number, error)
+      if (.not. allocated(error) .and. number /= 0 .and. number /= 1) call raise(error, status_invalid_argument, &
+         trim(name)//' is '//text_of(number)//', expected 0 or 1')
+   end subroutine yes_or_no
 
    !> Names and values from C arrays.
    subroutine read_pairs(what, n, names, values, list, numbers, error)

@@ -7,7 +7,7 @@
 !>
 !> I2 acts on all three spins, the drilling one included: the matrix is positive definite and, without offset, does not depend
 !> on the direction of the normal, so that it stays constant in large motions. Rates refer to displacements and
-!> spins; at a rotation vector theta the spin is T(theta) times its rate.
+!> spins; at a rotation vector theta the spin is T(theta) times its rate. Membranes have the first term alone.
 module finshell_mass
    use finshell_kinds, only: wp, i4
    use finshell_rotation, only: cross_product, spin
@@ -16,7 +16,7 @@ module finshell_mass
    use finshell_triangle, only: judge_triangles
    implicit none
    private
-   public :: mass_elements
+   public :: mass_elements, mass_membranes
 
 contains
 
@@ -28,23 +28,11 @@ contains
       integer(i4), intent(out) :: status(n)
       real(wp), intent(out), optional :: consistent(18, 18, n) !< order u1 t1 u2 t2 u3 t3, symmetric
       real(wp), intent(out), optional :: lumped(18, n) !< diagonal: a third of the element per node; no I1
-      real(wp) :: normal(3), length, area, a(3), b(3), coupling(3, 3), share
+      real(wp) :: normal(3), area, coupling(3, 3), share
       integer :: c, e, i, j, p, q
 
       do e = 1, n
-         a = x(:, 2, e) - x(:, 1, e)
-         b = x(:, 3, e) - x(:, 1, e)
-         normal = cross_product(a, b)
-         length = norm2(normal)
-         area = 0.5_wp*length
-         status(e) = status_ok
-         if (.not. sum(0*x(:, :, e)) <= 0) then
-            status(e) = status_not_a_number
-         else
-            call judge_triangles(1, [length], [max(sum(a*a), sum(b*b), sum((b - a)**2))], status(e:e))
-         end if
-         if (status(e) == status_ok .and. .not. maxval(abs(section%inertia))*max(1.0_wp, area) <= huge(1.0_wp)) &
-            status(e) = status_invalid_argument
+         call measure(section, x(:, :, e), area, normal, status(e))
          if (present(lumped)) lumped(:, e) = 0
          if (present(consistent)) consistent(:, :, e) = 0
          if (status(e) /= status_ok) cycle
@@ -56,7 +44,7 @@ contains
          end if
          if (.not. present(consistent)) cycle
          ! v.(w x d) = v.(spin(d)' w)
-         coupling = transpose(spin(normal/length))
+         coupling = transpose(spin(normal))
          do j = 1, 3
             do i = 1, 3
                share = area/12
@@ -73,4 +61,54 @@ contains
          end do
       end do
    end subroutine mass_elements
+
+   !> Mass matrices of n membranes, as `mass_elements`; the sheet has its mass at the nodes' surface.
+   pure subroutine mass_membranes(section, n, x, status, consistent, lumped)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: n
+      real(wp), intent(in) :: x(3, 3, n)
+      integer(i4), intent(out) :: status(n)
+      real(wp), intent(out), optional :: consistent(9, 9, n) !< order u1 u2 u3, symmetric
+      real(wp), intent(out), optional :: lumped(9, n)
+      real(wp) :: normal(3), area
+      integer :: e, i, j
+
+      do e = 1, n
+         call measure(section, x(:, :, e), area, normal, status(e))
+         if (status(e) /= status_ok) area = 0
+         if (present(lumped)) lumped(:, e) = section%inertia(1)*area/3
+         if (.not. present(consistent)) cycle
+         consistent(:, :, e) = 0
+         do j = 1, 9
+            do i = modulo(j - 1, 3) + 1, 9, 3
+               consistent(i, j, e) = section%inertia(1)*merge(area/6, area/12, i == j)
+            end do
+         end do
+      end do
+   end subroutine mass_membranes
+
+   !> Area and unit normal of an element, and what is wrong with it or its mass.
+   pure subroutine measure(section, x, area, normal, status)
+      type(section_t), intent(in) :: section
+      real(wp), intent(in) :: x(3, 3)
+      real(wp), intent(out) :: area, normal(3)
+      integer(i4), intent(out) :: status
+      real(wp) :: a(3), b(3), length
+      integer(i4) :: found(1)
+      a = x(:, 2) - x(:, 1)
+      b = x(:, 3) - x(:, 1)
+      normal = cross_product(a, b)
+      length = norm2(normal)
+      area = 0.5_wp*length
+      found = status_ok
+      if (.not. sum(0*x) <= 0) then
+         found = status_not_a_number
+      else
+         call judge_triangles(1, [length], [max(sum(a*a), sum(b*b), sum((b - a)**2))], found)
+      end if
+      status = found(1)
+      if (status == status_ok .and. .not. maxval(abs(section%inertia))*max(1.0_wp, area) <= huge(1.0_wp)) &
+         status = status_invalid_argument
+      if (status == status_ok) normal = normal/length
+   end subroutine measure
 end module finshell_mass

@@ -159,6 +159,8 @@ contains
          if (all(phase == finished)) exit
          call rotate_strain(lanes, ridge, strain, e)
          e(:, 2) = e(:, 2) + amplitude
+         ! the shear that rounding leaves in principal axes, times a large stiffness along, is no small stiffness across
+         if (section%isotropic) e(:, 3) = 0
          local(:, 1) = axes(:, 1)*ridge(:, 1) + axes(:, 2)*ridge(:, 2)
          local(:, 2) = axes(:, 2)*ridge(:, 1) - axes(:, 1)*ridge(:, 2)
          do l = 1, lanes

@@ -130,6 +130,16 @@ code = finshell_section_create("linear_elastic", 2, names, values, 0.1, 0, NULL,
         for value in self.run_fragment("Curved shells", before, printed).split():
             self.assertAlmostEqual(float(value), 1000 * 0.1 / 0.7 * 0.5 * (1.01**2 - 1), delta=1e-11)
 
+    def test_membranes_of_the_guide(self):
+        with open(self.path("strip.c"), "w", encoding="utf-8") as f:
+            f.write(installed.fragment("Membranes"))
+        installed.run(installed.CC, "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *self.pkg_config("--cflags"),
+                      self.path("strip.c"), "-o", self.path("strip"), *self.pkg_config("--libs"))
+        found = numbers(installed.run(self.path("strip"), env=self.environment))
+        self.assertEqual(found["wrinkled"], 1)
+        self.assertAlmostEqual(found["energy"], 0.1 * (1.5**2 + 2 / 1.5 - 3), delta=1e-7)
+        self.assertAlmostEqual(found["force"], 0.1 * 2 * (1.5 - 1.5**-2), delta=1e-14)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -33,14 +33,15 @@ PROGRAM = """program square
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_sizeof
    use finshell_c
    implicit none
-   character(kind=c_char, len=4), target :: names(2) = ['c10'//c_null_char, 'c01'//c_null_char]
-   type(c_ptr) :: section
+   character(kind=c_char, len=4), target :: names(3) = ['c10'//c_null_char, 'c01'//c_null_char, 'mu'//c_null_char//' ']
+   character(kind=c_char, len=10), target :: options(2) = ['membrane'//c_null_char//' ', 'wrinkling'//c_null_char]
+   type(c_ptr) :: section, sheet
    type(finshell_status) :: status
    type(finshell_elements) :: elements
    real(c_double), target :: x(3, 3, 2), u(3, 3, 2), t(3, 3, 2), normals(3, 3, 2)
    real(c_double) :: energy(2), force(18, 2), tangent(18, 18, 2), again(18, 2), moment(3, 2), volume(2), facets(2)
-   integer(c_int32_t) :: code
-   real(c_double) :: membrane(3, 2), found(3, 2)
+   real(c_double) :: membrane(3, 2), found(3, 2), nine(9, 2)
+   integer(c_int32_t) :: code, state(2)
 
    if (finshell_abi() /= finshell_abi_number) error stop 'library and module do not fit'
    x = reshape([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0], [3, 3, 2])
@@ -77,6 +78,17 @@ PROGRAM = """program square
    if (finshell_elements_pressure(elements, form=1, volume=facets) /= finshell_ok) error stop 'no volume of facets'
    if (.not. all(abs(volume - facets) > 0)) error stop 'no caps'
    if (.not. maxval(abs(again(4:6, :))) > 0) error stop 'no couples'
+   elements%rotations = c_null_ptr
+   code = finshell_section_create('neo_hookean'//c_null_char, 1, [c_loc(names(3))], [2.0_c_double], 0.1_c_double, 2, &
+                                  [c_loc(options(1)), c_loc(options(2))], [1.0_c_double, 1.0_c_double], sheet, status)
+   if (code /= finshell_ok) error stop 'no membrane'
+   if (finshell_section_freedoms(sheet) /= 9 .or. finshell_section_freedoms(section) /= 18) error stop 'wrong freedoms'
+   if (finshell_elements_evaluate(sheet, elements, force=nine, status=status) /= finshell_ok) error stop 'membrane refused'
+   if (.not. nine(4, 1) > 0) error stop 'membrane without force'
+   if (finshell_elements_wrinkles(sheet, elements, state) /= finshell_ok) error stop 'no wrinkles'
+   if (any(state /= finshell_sheet_taut)) error stop 'not taut'
+   call finshell_section_destroy(sheet)
+   elements%rotations = c_loc(t)
    elements%size = elements%size + 1
    if (finshell_elements_recover(section, elements, moment=moment) /= finshell_invalid_argument) error stop 'wrong size taken'
    call finshell_section_destroy(section)

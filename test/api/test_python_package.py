@@ -72,6 +72,8 @@ class Header(unittest.TestCase):
         self.assertEqual(finshell.ABI, int(re.search(r"define FINSHELL_ABI\s+(\d+)", self.text).group(1)))
         for rotation in finshell.Rotation:
             self.assertIn(f"FINSHELL_ROTATION_{rotation.name} = {rotation.value}", self.text)
+        for sheet in finshell.Sheet:
+            self.assertIn(f"FINSHELL_SHEET_{sheet.name} = {sheet.value}", self.text)
         self.assertEqual(finshell.version(), finshell.__version__)
         self.assertEqual(finshell.message(0), "done")
 
@@ -204,6 +206,62 @@ class Elements(unittest.TestCase):
         self.assertAlmostEqual(sum(along @ k @ along for k in m), 0.3, places=14)
         self.assertAlmostEqual((lumped @ along).sum(), 0.3, places=14)
         self.assertGreater(np.linalg.eigvalsh(m[0]).min(), 0)
+
+    def test_membranes(self):
+        sheet = finshell.Section("neo_hookean", {"mu": 2.0}, 0.1, membrane=True, wrinkling=True, density=3.0)
+        plain = finshell.Section("neo_hookean", {"mu": 2.0}, 0.1, membrane=True, wrinkling=False)
+        self.assertEqual((sheet.freedoms, plain.freedoms, rubber().freedoms), (9, 9, 18))
+        for l1, l2, state in ((1.5, 0.6, finshell.Sheet.WRINKLED), (1.2, 1.1, finshell.Sheet.TAUT), (0.9, 0.8, finshell.Sheet.SLACK)):
+            u = SQUARE * np.array([l1 - 1, l2 - 1, 0])
+            r = sheet.evaluate(SQUARE, u)
+            self.assertEqual((r.force.shape, r.tangent.shape), ((2, 9), (2, 9, 9)))
+            for j in range(9):
+                d = np.zeros(9)
+                d[j] = 1e-6
+                ahead, behind = (sheet.evaluate(SQUARE, u + s * d.reshape(3, 3), tangent=False) for s in (1, -1))
+                np.testing.assert_allclose(r.force[:, j], (ahead.energy - behind.energy) / 2e-6, atol=1e-9)
+                np.testing.assert_allclose(r.tangent[:, :, j], (ahead.force - behind.force) / 2e-6, atol=1e-8)
+            found = sheet.wrinkles(SQUARE, u)
+            np.testing.assert_array_equal(found.state, state)
+            along = [1, 0, 0] if state == finshell.Sheet.WRINKLED else [0, 0, 0]
+            np.testing.assert_allclose(np.abs(found.ridge), [along, along], atol=1e-14)
+            np.testing.assert_array_equal(plain.wrinkles(SQUARE, u).state, finshell.Sheet.TAUT)
+            np.testing.assert_array_equal(sheet.recover(SQUARE, u).moment, 0)
+            np.testing.assert_array_equal(sheet.recover_field("membrane_force", SQUARE, u), sheet.recover(SQUARE, u).membrane_force)
+            np.testing.assert_array_equal(sheet.recover_field("wrinkle_state", SQUARE, u), state)
+            np.testing.assert_array_equal(sheet.recover_field("wrinkle_ridge", SQUARE, u), found.ridge)
+        u = SQUARE * np.array([0.5, -0.4, 0])
+        np.testing.assert_allclose(sheet.evaluate(SQUARE, u).energy, 0.05 * (1.5**2 + 2 / 1.5 - 3), atol=1e-7)
+        np.testing.assert_allclose(sheet.recover(SQUARE, u).stretch, 1.5**-0.5, rtol=1e-14)
+        self.assertGreater(plain.evaluate(SQUARE, u).energy[0], sheet.evaluate(SQUARE, u).energy[0] + 0.01)
+        np.testing.assert_array_equal(sheet.evaluate(SQUARE, u, 0 * u).tangent, sheet.evaluate(SQUARE, u).tangent)
+        self.assertAlmostEqual(sheet.mass(SQUARE, lumped=True).sum(), 3 * 0.3, places=14)
+        self.assertAlmostEqual(sheet.mass(SQUARE).sum(), 3 * 0.3, places=14)
+        layers = [finshell.Layer("neo_hookean", {"mu": 2.0}, 0.05)] * 2
+        two = finshell.Section.layered(layers, membrane=True, wrinkling=True, slack=1e-6)
+        np.testing.assert_allclose(two.evaluate(SQUARE, u).force, sheet.evaluate(SQUARE, u).force, atol=1e-15)
+        self.assertEqual(two.evaluate(SQUARE, u, toward=np.ones((2, 9))).force.shape, (2, 9))
+        # the volume behind membranes: rotations of zeros will do, however they are turned
+        for angle in (0.5, np.pi, 6.0):
+            turn = finshell.rotation_matrix(finshell.rotation_exp([[0.3, angle, 0.1]]))[0]
+            x = 1.1 * SQUARE @ turn.T + np.array([0.1, 0.2, 0.5])
+            volume = sum(np.dot(a, np.cross(b, c)) / 6 for a, b, c in x)
+            self.assertAlmostEqual(finshell.enclosed_volume(SQUARE, x - SQUARE, 0 * x), volume, places=14)
+
+    def test_errors_of_membranes(self):
+        u, _ = bent()
+        with self.assertRaisesRegex(finshell.Error, "only a membrane has the option 'wrinkling': give membrane = 1, too"):
+            rubber(wrinkling=True)
+        with self.assertRaisesRegex(finshell.Error, "a membrane has no option 'offset': it does not bend"):
+            rubber(membrane=True, offset=0.1)
+        with self.assertRaisesRegex(finshell.Error, "layer 1: points is 3, and a membrane has none"):
+            finshell.Section.layered([finshell.Layer("neo_hookean", {"mu": 1.0}, 0.1, points=3)], membrane=True)
+        with self.assertRaisesRegex(finshell.Error, "rotations is NULL"):
+            rubber().evaluate(SQUARE, u)
+        with self.assertRaisesRegex(finshell.Error, "the section is that of a shell"):
+            rubber().wrinkles(SQUARE, u)
+        with self.assertRaisesRegex(ValueError, r"toward has the shape \(2, 18\), expected \(2, 9\)"):
+            rubber(membrane=True).evaluate(SQUARE, u, toward=np.ones((2, 18)))
 
     def test_pressure(self):
         u, _ = bent()

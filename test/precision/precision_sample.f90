@@ -5,12 +5,14 @@
 !> BLOCKS blocks of eight elements for each law of the registry (and for parameters at the edge of what laws are used for), each
 !> block with a thickness, formulation and convention of its own. Shapes down to angles of 1e-3 rad, h/L 1e-6 to 1, principal
 !> stretches 1/50 to 50 (1/1.3 to 1.3 for one element of three), rigid rotations of many turns, nodal rotations up to 2.5 rad.
+!> First shells, then membranes, then membranes that wrinkle; of these, one element of four has strains of 1e-8 and no rotation.
 program precision_sample
    use, intrinsic :: iso_fortran_env, only: int64
    use finshell_batch, only: evaluate_elements, rotation_increment, rotation_quaternion, rotation_vector
    use finshell_error, only: error_t
    use finshell_kinds, only: dp, i4, wp
    use finshell_material, only: material_t
+   use finshell_membrane_batch, only: evaluate_membranes, n_membrane
    use finshell_quaternion, only: quaternion_product, quaternion_to_matrix, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion
    use finshell_registry, only: material_names, material_parameters, new_material, parameter_t
@@ -18,7 +20,9 @@ program precision_sample
    implicit none
    integer, parameter :: n = 8, longest = 16
    integer(int64) :: seed
-   integer :: blocks, file, i
+   integer, parameter :: shell = 0, wrinkling = 2
+   integer(i4) :: kind
+   integer :: blocks, file
    character(len=32), allocatable :: names(:)
    character(len=200) :: argument
 
@@ -29,30 +33,37 @@ program precision_sample
    call get_command_argument(1, argument)
    open (newunit=file, file=trim(argument), access='stream', form='unformatted', status='replace', action='write')
    names = material_names()
-   do i = 1, size(names)
-      call examples(names(i))
+   do kind = shell, wrinkling
+      call all_laws()
    end do
-   call sample('mooney_rivlin', [1.0_wp, 0.0_wp])
-   call sample('mooney_rivlin', [1.5_wp, -0.5_wp])
-   call sample('compressible_neo_hookean', [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
-   call sample('compressible_neo_hookean', [1.0_wp, 0.49999_wp, 0.0_wp, 0.0_wp])
-   call sample('compressible_neo_hookean', [0.0_wp, 0.0_wp, 1.0e-3_wp, 1.0e7_wp])
-   call sample('st_venant_kirchhoff', [1.0_wp, 0.0_wp])
-   call sample('st_venant_kirchhoff', [1.0_wp, -0.9_wp])
-   call sample('gent', [1.0_wp, 5000.0_wp])
-   call sample('yeoh', [1.0_wp, 0.0_wp, 1.0_wp])
-   call sample('ogden', [1.0_wp/13, 26.0_wp])
-   call sample('ogden', [0.01_wp, 100.0_wp])
-   call sample('ogden', [-0.05_wp, -50.0_wp])
-   call sample('ogden', [1.0_wp, 1.0e-3_wp])
-   call sample('ogden', [0.2_wp, 9.0_wp, -0.2_wp, -9.0_wp, 1.0_wp, 0.5_wp, 0.01_wp, 15.0_wp])
-   call sample('holzapfel_gasser_ogden', [1.0_wp, 10.0_wp, 0.001_wp, 0.0_wp, 30.0_wp])
-   call sample('holzapfel_gasser_ogden', [1.0_wp, 10.0_wp, 0.01_wp, 1.0_wp/3, 0.0_wp])
-   call sample('holzapfel_2005', [1.0_wp, 10.0_wp, 1.0e-5_wp, 1.0_wp])
-   call sample('exponential_fibre', [1.0_wp, 1.0e-6_wp, 1.0e-6_wp])
    close (file)
 
 contains
+
+   subroutine all_laws()
+      integer :: i
+      do i = 1, size(names)
+         call examples(names(i))
+      end do
+      call sample('mooney_rivlin', [1.0_wp, 0.0_wp])
+      call sample('mooney_rivlin', [1.5_wp, -0.5_wp])
+      call sample('compressible_neo_hookean', [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+      call sample('compressible_neo_hookean', [1.0_wp, 0.49999_wp, 0.0_wp, 0.0_wp])
+      call sample('compressible_neo_hookean', [0.0_wp, 0.0_wp, 1.0e-3_wp, 1.0e7_wp])
+      call sample('st_venant_kirchhoff', [1.0_wp, 0.0_wp])
+      call sample('st_venant_kirchhoff', [1.0_wp, -0.9_wp])
+      call sample('gent', [1.0_wp, 5000.0_wp])
+      call sample('yeoh', [1.0_wp, 0.0_wp, 1.0_wp])
+      call sample('ogden', [1.0_wp/13, 26.0_wp])
+      call sample('ogden', [0.01_wp, 100.0_wp])
+      call sample('ogden', [-0.05_wp, -50.0_wp])
+      call sample('ogden', [1.0_wp, 1.0e-3_wp])
+      call sample('ogden', [0.2_wp, 9.0_wp, -0.2_wp, -9.0_wp, 1.0_wp, 0.5_wp, 0.01_wp, 15.0_wp])
+      call sample('holzapfel_gasser_ogden', [1.0_wp, 10.0_wp, 0.001_wp, 0.0_wp, 30.0_wp])
+      call sample('holzapfel_gasser_ogden', [1.0_wp, 10.0_wp, 0.01_wp, 1.0_wp/3, 0.0_wp])
+      call sample('holzapfel_2005', [1.0_wp, 10.0_wp, 1.0e-5_wp, 1.0_wp])
+      call sample('exponential_fibre', [1.0_wp, 1.0e-6_wp, 1.0e-6_wp])
+   end subroutine all_laws
 
    !> The example parameters of the registry.
    subroutine examples(name)
@@ -89,10 +100,15 @@ contains
          formulation = merge(1, 2, uniform() > -0.5_wp)
          convention = 1 + int(1.5_wp*(1 + uniform()))
          convention = min(convention, 3_i4)
-         call new_section(section, law, thickness, error, formulation=int(formulation))
+         call new_section(section, law, thickness, error, formulation=int(formulation), membrane=kind > shell, &
+                          wrinkling=kind == wrinkling)
          if (allocated(error)) error stop 'precision_sample: section'
-         write (file) law_name, used, keys, all_values, thickness, formulation, convention
-         call block_of_elements(section, convention)
+         write (file) law_name, used, keys, all_values, thickness, formulation, convention, kind
+         if (section%membrane) then
+            call block_of_membranes(section)
+         else
+            call block_of_elements(section, convention)
+         end if
       end do
    end subroutine sample
 
@@ -116,6 +132,27 @@ contains
       end if
       write (file) x, u, q, theta, state, direction, status, energy, force, tangent
    end subroutine block_of_elements
+
+   subroutine block_of_membranes(section)
+      type(section_t), intent(in) :: section
+      real(wp), dimension(3, 3, n) :: x, u
+      real(wp) :: theta(3, 3), q(4, 3), state(4, 3), direction(3, n), energy(n), force(n_membrane, n)
+      real(wp) :: tangent(n_membrane, n_membrane, n), gradient(3, 3)
+      integer(i4) :: status(n)
+      integer :: e, i
+      do e = 1, n
+         call element(x(:, :, e), u(:, :, e), q, theta, state, rotation_vector)
+         if (modulo(e, 4) == 0) then
+            do i = 1, 3
+               gradient(:, i) = 1.0e-8_wp*[uniform(), uniform(), uniform()]
+            end do
+            u(:, :, e) = matmul(gradient, x(:, :, e))
+         end if
+         direction(:, e) = [uniform(), uniform(), uniform()]
+      end do
+      call evaluate_membranes(section, n, x, u, status, energy, force, tangent, direction, threads=1)
+      write (file) x, u, direction, status, energy, force, tangent
+   end subroutine block_of_membranes
 
    !> A triangle with sides about 1, stretched in its plane, turned, its nodes turned further.
    subroutine element(x, u, q, theta, state, convention)

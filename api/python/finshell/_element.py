@@ -21,6 +21,14 @@ class Rotation(enum.IntEnum):
     INCREMENT = 3  # rotation vectors (n, 3, 3) since `state`, quaternions (n, 3, 4)
 
 
+class Sheet(enum.IntEnum):
+    """What a membrane that wrinkles is doing."""
+
+    SLACK = 0
+    WRINKLED = 1  # tension along the ridges only
+    TAUT = 2
+
+
 @dataclass
 class Layer:
     """One layer of a section; angle in degrees."""
@@ -29,7 +37,7 @@ class Layer:
     parameters: Mapping[str, float]
     thickness: float
     angle: float = 0.0
-    points: int = 3
+    points: int = 0  # 0: 3; membranes have none
     density: float = 0.0
 
 
@@ -38,8 +46,8 @@ class Evaluation:
     """What `Section.evaluate` returns; what was not asked for is None."""
 
     energy: Optional[Doubles]  # (n,)
-    force: Optional[Doubles]  # (n, 18), u1 t1 u2 t2 u3 t3
-    tangent: Optional[Doubles]  # (n, 18, 18)
+    force: Optional[Doubles]  # (n, 18), u1 t1 u2 t2 u3 t3; of membranes (n, 9), u1 u2 u3
+    tangent: Optional[Doubles]  # (n, 18, 18); of membranes (n, 9, 9)
     codes: Codes  # (n,)
 
 
@@ -51,6 +59,15 @@ class Recovery:
     membrane_force: Doubles  # (n, 3): 11, 22, 12
     moment: Doubles  # (n, 3)
     stress: Doubles  # (n, 3, 3): bottom, middle, top; 11, 22, 12
+    codes: Codes  # (n,)
+
+
+@dataclass
+class Wrinkles:
+    """What `Section.wrinkles` returns."""
+
+    state: Codes  # (n,) of Sheet
+    ridge: Doubles  # (n, 3) unit vectors along the ridges, global, deformed; zeros unless wrinkled
     codes: Codes  # (n,)
 
 
@@ -68,13 +85,13 @@ class _Elements:
     """The argument block of a call, and the arrays it points to."""
 
     def __init__(self, X: Any, u: Any, rotations: Any, convention: Rotation, threads: int, state: Any, direction: Any,
-                 normals: Any, toward: Any, straight: Any) -> None:
+                 normals: Any, toward: Any, straight: Any, freedoms: int = 18) -> None:
         X = array("X", X, (-1, 3, 3))
         self.n = n = len(X)
-        self._arrays = {"X": X, "u": array("u", u, (n, 3, 3)),
-                        "rotations": array("rotations", rotations, (n, 3, 4 if convention == Rotation.QUATERNION else 3))}
-        for name, values, shape in (("state", state, (n, 3, 4)), ("direction", direction, (n, 3)), ("normals", normals, (n, 3, 3)),
-                                    ("toward", toward, (n, 18)), ("straight", straight, (n, 3))):
+        self._arrays = {"X": X, "u": array("u", u, (n, 3, 3))}
+        for name, values, shape in (("rotations", rotations, (n, 3, 4 if convention == Rotation.QUATERNION else 3)),
+                                    ("state", state, (n, 3, 4)), ("direction", direction, (n, 3)), ("normals", normals, (n, 3, 3)),
+                                    ("toward", toward, (n, freedoms)), ("straight", straight, (n, 3))):
             if values is not None:
                 self._arrays[name] = array(name, values, shape, np.int32 if name == "straight" else np.float64)
         block = CElements(size=ctypes.sizeof(CElements), n=n, convention=int(convention), threads=threads,
@@ -86,7 +103,8 @@ class Section:
     """What elements are made of; immutable, shared by any number of threads."""
 
     def __init__(self, material: str, parameters: Mapping[str, float], thickness: float, **options: float) -> None:
-        """One layer. Options: thickness_points, formulation (1: S, 2: P), beta0, arc (1 or 0), offset, density."""
+        """One layer. Options: thickness_points, formulation (1: S, 2: P), beta0, arc (1 or 0), offset, density; membrane,
+        wrinkling (True or False), slack."""
         names, values = pairs(list(parameters), list(parameters.values()))
         option_names, option_values = pairs(list(options), list(options.values()))
         handle, status = ctypes.c_void_p(), Status()
@@ -97,7 +115,7 @@ class Section:
 
     @classmethod
     def layered(cls, layers: Sequence[Layer], **options: float) -> "Section":
-        """Layers, bottom to top. Options: formulation, beta0, arc, offset."""
+        """Layers, bottom to top. Options: formulation, beta0, arc, offset, membrane, wrinkling, slack."""
         c_layers = (CLayer * len(layers))()
         kept = []
         for c, layer in zip(c_layers, layers):
@@ -118,24 +136,26 @@ class Section:
     def _own(self, handle: ctypes.c_void_p, layers: int) -> None:
         self._handle, self._layers = handle, layers
         weakref.finalize(self, library().finshell_section_destroy, handle)
+        self.freedoms = int(library().finshell_section_freedoms(handle, None))  # of an element: 18, of a membrane 9
 
-    def evaluate(self, X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
+    def evaluate(self, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
                  direction: Any = None, normals: Any = None, toward: Any = None, straight: Any = None, energy: bool = True,
                  force: bool = True, tangent: bool = True, threads: int = 1, raise_errors: bool = True) -> Evaluation:
         """Energy, force and tangent of n elements.
 
         X, u: (n, 3, 3) reference coordinates and displacements (element, node, component). rotations: (n, 3, 3) vectors or
-        (n, 3, 4) quaternions. direction: (n, 3), material direction 1 (default: global x). normals: (n, 3, 3), normals of the
-        surface at the nodes, of any length (default: flat facets). toward: (n, 18), displacements and spins in whose direction
-        a law with a switch is looked at. straight: (n, 3) booleans, sides 0-1, 1-2, 2-0 whose displacement is prescribed.
-        threads 0: as OpenMP chooses.
+        (n, 3, 4) quaternions; membranes have none. direction: (n, 3), material direction 1 (default: global x). normals:
+        (n, 3, 3), normals of the surface at the nodes, of any length (default: flat facets). toward: (n, freedoms),
+        displacements and spins in whose direction a law with a switch is looked at. straight: (n, 3) booleans, sides 0-1,
+        1-2, 2-0 whose displacement is prescribed. threads 0: as OpenMP chooses.
         Raises Recoverable (cut the step) or Error when an element fails; with raise_errors=False failed elements have zeros
         and a code in `codes`, and only a call that is wrong as a whole raises.
         """
-        elements = _Elements(X, u, rotations, convention, threads, state, direction, normals, toward, straight)
+        m = self.freedoms
+        elements = _Elements(X, u, rotations, convention, threads, state, direction, normals, toward, straight, m)
         n = elements.n
-        result = Evaluation(np.empty(n) if energy else None, np.empty((n, 18)) if force else None,
-                            np.empty((n, 18, 18)) if tangent else None, np.zeros(n, np.int32))
+        result = Evaluation(np.empty(n) if energy else None, np.empty((n, m)) if force else None,
+                            np.empty((n, m, m)) if tangent else None, np.zeros(n, np.int32))
         status = Status()
         library().finshell_elements_evaluate(self._handle, elements.reference, pointer(result.energy), pointer(result.force),
                                              pointer(result.tangent), code_pointer(result.codes), ctypes.byref(status))
@@ -143,7 +163,7 @@ class Section:
             check(status)
         return result
 
-    def recover(self, X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
+    def recover(self, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
                 direction: Any = None, normals: Any = None, straight: Any = None, raise_errors: bool = True) -> Recovery:
         """Thickness stretch, resultants and Cauchy stresses of n elements; arguments as in `evaluate`."""
         elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight)
@@ -157,8 +177,8 @@ class Section:
             check(status)
         return result
 
-    def recover_field(self, name: str, X: Any, u: Any, rotations: Any, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
-                      direction: Any = None, normals: Any = None, straight: Any = None, raise_errors: bool = True) -> Doubles:
+    def recover_field(self, name: str, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *,
+                      state: Any = None, direction: Any = None, normals: Any = None, straight: Any = None, raise_errors: bool = True) -> Doubles:
         """An element field of `finshell.fields()`: (n, places, components), without the second for fields "at" the element and
         without the last for scalars; other arguments as in `evaluate`. Failed elements have zeros."""
         field = next((f for f in fields() if f.name == name), None)
@@ -174,11 +194,23 @@ class Section:
             check(status)
         return values
 
+    def wrinkles(self, X: Any, u: Any, *, direction: Any = None, raise_errors: bool = True) -> Wrinkles:
+        """Which of n membranes are slack, wrinkled or taut, and where the wrinkles run; arguments as in `evaluate`."""
+        elements = _Elements(X, u, None, Rotation.VECTOR, 1, None, direction, None, None, None)
+        n = elements.n
+        result = Wrinkles(np.zeros(n, np.int32), np.zeros((n, 3)), np.zeros(n, np.int32))
+        status = Status()
+        library().finshell_elements_wrinkles(self._handle, elements.reference, code_pointer(result.state), pointer(result.ridge),
+                                             code_pointer(result.codes), ctypes.byref(status))
+        if raise_errors or status.index < 0:
+            check(status)
+        return result
+
     def mass(self, X: Any, *, lumped: bool = False) -> Doubles:
-        """Mass matrices (n, 18, 18) of n elements, or with `lumped` their diagonals (n, 18), from the density of the section."""
+        """Mass matrices (n, freedoms, freedoms) of n elements, or with `lumped` their diagonals, from the section's density."""
         X = array("X", X, (-1, 3, 3))
         n = len(X)
-        m = np.empty((n, 18) if lumped else (n, 18, 18))
+        m = np.empty((n, self.freedoms) if lumped else (n, self.freedoms, self.freedoms))
         status = Status()
         library().finshell_mass_matrix(self._handle, n, pointer(X), None if lumped else pointer(m), pointer(m) if lumped else None, None,
                                 ctypes.byref(status))
