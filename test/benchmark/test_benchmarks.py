@@ -89,15 +89,17 @@ class Benchmarks(unittest.TestCase):
         return [m.error for m in found]
 
     def test_curved_references_do_not_lock_on_any_mesh(self):
-        # aims: 1 % (thin twisted beam), 3 % (hemispheres), 3 and 10 % (hyperbolic paraboloids 1e-3, 1e-4: missed by up to 0.4 and 1.9 on alternating diagonals
-        # and irregular meshes, so the limits there are what is measured)
-        for name, mesh, structured, irregular in (("twisted_beam_thin_y", "12x2", 1.0, 1.0), ("twisted_beam_thin_z", "12x2", 1.0, 1.0), ("pinched_hemisphere", "8x8", 3.0, 3.0),
-                                                  ("pinched_hemisphere_hole", "8x8", 3.0, 3.0), ("le3", "8x8", 3.0, 3.0),
-                                                  ("hypar_1e-2", "16x16", 3.0, 3.0), ("hypar_1e-3", "16x16", 3.3, 3.5), ("hypar_1e-4", "16x16", 10.2, 12.0)):
+        # aims: 1 % (thin twisted beam), 3 % (hemispheres), 3 and 10 % (hyperbolic paraboloids 1e-3, 1e-4): met with diagonals one way, as generators have
+        # them by default; the last two are missed by up to 0.4 and 1.9 on alternating and irregular ones, so the limits there are what is measured
+        for name, mesh, one_way, structured, irregular in (
+                ("twisted_beam_thin_y", "12x2", 1.0, 1.0, 1.0), ("twisted_beam_thin_z", "12x2", 1.0, 1.0, 1.0), ("pinched_hemisphere", "8x8", 3.0, 3.0, 3.0),
+                ("pinched_hemisphere_hole", "8x8", 3.0, 3.0, 3.0), ("le3", "8x8", 3.0, 3.0, 3.0), ("hypar_1e-2", "16x16", 3.0, 3.0, 3.0),
+                ("hypar_1e-3", "16x16", 3.0, 3.2, 3.4), ("hypar_1e-4", "16x16", 10.0, 10.0, 12.0)):
             for way, (_, distortion) in measured.WAYS.items():
+                limit = irregular if distortion else one_way if way in ("one way", "other way") else structured
                 for normals in ("exact", "auto"):
                     for error in self.errors(name, mesh, way, normals):
-                        self.assertLess(abs(error), irregular if distortion else structured, f"{name}, {way}, {normals}")
+                        self.assertLess(abs(error), limit, f"{name}, {way}, {normals}")
 
     def test_thin_hemispheres(self):
         for name, aim in (("hemisphere_1e3", 3.0), ("hemisphere_1e4", 4.0)):
