@@ -5,6 +5,7 @@
 !> judged on their own.
 module finshell_mechanism
    use finshell_kinds, only: wp, dp
+   use finshell_rotation, only: cross_product
    use finshell_status, only: status_singular_matrix, status_input_error
    use finshell_error, only: error_t, raise, text_of
    use finshell_mesh, only: mesh_t
@@ -124,7 +125,7 @@ contains
          arm = (mesh%coordinates(:, node) - centre)/size_of_part
          do k = 1, equations%supported(i)%displacements
             row(1:3) = equations%supported(i)%displacement_axes(:, k)
-            row(4:6) = cross(arm, row(1:3))
+            row(4:6) = cross_product(arm, row(1:3))
             conditions = conditions + spread(row, 2, 6)*spread(row, 1, 6)
          end do
          do k = 1, equations%supported(i)%rotations
@@ -148,7 +149,7 @@ contains
          unit(k) = 1
          do i = 1, 3
             rigid(3*i - 2:3*i, k) = unit
-            rigid(3*i - 2:3*i, 3 + k) = cross(unit, (x(:, i) - centre)/size_of_part)
+            rigid(3*i - 2:3*i, 3 + k) = cross_product(unit, (x(:, i) - centre)/size_of_part)
          end do
       end do
       conditions = conditions + matmul(transpose(rigid), matmul(stiffness, rigid))
@@ -188,7 +189,7 @@ contains
          do j = 1, translations
             motion(1:3) = motion(1:3) - dot_product(free_translation(:, j), motion(1:3))*free_translation(:, j)
          end do
-         point = centre + size_of_part*cross(motion(4:6), motion(1:3))
+         point = centre + size_of_part*cross_product(motion(4:6), motion(1:3))
          call append(names, 'rotation about '//axis_text(axes(:, k))//' through '//point_text(point, size_of_part))
       end do
    end subroutine name_free_motions
@@ -386,10 +387,4 @@ contains
       end do
       text = text//')'
    end function vector_text
-
-   pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 end module finshell_mechanism

@@ -6,7 +6,7 @@ module finshell_equations
    use finshell_kinds, only: wp, i1
    use finshell_status, only: status_input_error, status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
-   use finshell_rotation, only: tangent_operator
+   use finshell_rotation, only: cross_product, tangent_operator
    use finshell_held_side, only: find_held_sides
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
    use finshell_support, only: support_t, node_support_t, constrain_displacement, constrain_rotation, settle_axes, &
@@ -175,7 +175,7 @@ contains
          first(minloc(abs(normal), 1)) = 1
          first = first - dot_product(first, normal)*normal
          first = first/norm2(first)
-         second = cross(normal, first)
+         second = cross_product(normal, first)
          call constrain_displacement(self, normal, 0.0_wp, .false., error)
          if (.not. allocated(error)) call constrain_rotation(self, first, 0.0_wp, .false., error)
          if (.not. allocated(error)) call constrain_rotation(self, second, 0.0_wp, .false., error)
@@ -226,7 +226,7 @@ contains
          end if
          axes(:, 1) = radius/norm2(radius)
          axes(:, 3) = axis
-         axes(:, 2) = cross(axes(:, 3), axes(:, 1))
+         axes(:, 2) = cross_product(axes(:, 3), axes(:, 1))
       case default
          call raise(error, status_invalid_argument, 'unknown kind of axes '//text_of(support%axes_kind))
       end select
@@ -304,10 +304,4 @@ contains
          end if
       end do
    end subroutine scatter
-
-   pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 end module finshell_equations

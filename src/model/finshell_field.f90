@@ -10,7 +10,10 @@ module finshell_field
    implicit none
    private
    public :: field_t, increment_t, name_t, check_field, check_fields, check_increment, has_displacement, layout
-   public :: gaps, monitor_value, with_gaps, without_slash
+   public :: gaps, monitor_value, with_gaps, without_slash, name_characters
+
+   !> What names of fields, monitors and jobs are made of: they are parts of paths in result files, and of their names.
+   character(len=*), parameter :: name_characters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-'
 
    !> Refuse a list of fields: before a file is created, because of its names, or later, because of its values.
    interface check_fields
@@ -103,9 +106,8 @@ contains
    subroutine check_name(name, what, error)
       character(len=*), intent(in) :: name, what
       type(error_t), allocatable, intent(out) :: error
-      character(len=*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-'
-      if (len(name) == 0 .or. verify(name, allowed) /= 0 .or. verify(name, '.') == 0) call raise(error, status_invalid_argument, &
-         & what//' "'//name//'": a name is made of letters, digits, "_", "-" and "."')
+      if (len(name) == 0 .or. verify(name, name_characters) /= 0 .or. verify(name, '.') == 0) &
+         call raise(error, status_invalid_argument, what//' "'//name//'": a name is made of letters, digits, "_", "-" and "."')
    end subroutine check_name
 
    subroutine check_values(fields, expected, items, what, increment, error)

@@ -1,6 +1,7 @@
 !> Meshes of rectangles and of quadrilaterals given by their corners (Cook's membrane, skew plates, hyperbolic paraboloids).
 module finshell_mesh_rectangle
    use finshell_kinds, only: wp
+   use finshell_rotation, only: cross_product
    use finshell_error, only: error_t, raise
    use finshell_status, only: status_input_error
    use finshell_mesh, only: mesh_t, new_mesh
@@ -72,7 +73,7 @@ contains
       allocate (mesh%normal, source=x)
       do i = 1, size(x, 2)
          associate (s => grid%parameters(1, i), t => grid%parameters(2, i))
-            mesh%normal(:, i) = cross((1 - t)*(corners(:, 2) - corners(:, 1)) + t*(corners(:, 3) - corners(:, 4)), &
+            mesh%normal(:, i) = cross_product((1 - t)*(corners(:, 2) - corners(:, 1)) + t*(corners(:, 3) - corners(:, 4)), &
                                       (1 - s)*(corners(:, 4) - corners(:, 1)) + s*(corners(:, 3) - corners(:, 2)))
          end associate
       end do
@@ -82,7 +83,7 @@ contains
    pure logical function warped(corners)
       real(wp), intent(in) :: corners(3, 4)
       real(wp) :: normal(3), size_of_it
-      normal = cross(corners(:, 3) - corners(:, 1), corners(:, 4) - corners(:, 2))
+      normal = cross_product(corners(:, 3) - corners(:, 1), corners(:, 4) - corners(:, 2))
       size_of_it = max(norm2(corners(:, 3) - corners(:, 1)), norm2(corners(:, 4) - corners(:, 2)))
       warped = abs(dot_product(normal, corners(:, 2) - corners(:, 1))) > 1.0e-12_wp*norm2(normal)*size_of_it
    end function warped
@@ -93,20 +94,14 @@ contains
       real(wp) :: normal(3), ahead(3), behind(3), size_of_it
       integer :: k
 
-      normal = cross(corners(:, 3) - corners(:, 1), corners(:, 4) - corners(:, 2))
+      normal = cross_product(corners(:, 3) - corners(:, 1), corners(:, 4) - corners(:, 2))
       size_of_it = max(norm2(corners(:, 3) - corners(:, 1)), norm2(corners(:, 4) - corners(:, 2)))
       do k = 1, 4
          ahead = corners(:, mod(k, 4) + 1) - corners(:, k)
          behind = corners(:, mod(k + 2, 4) + 1) - corners(:, k)
-         if (dot_product(cross(ahead, behind), normal) > 1.0e-12_wp*size_of_it**4) cycle
+         if (dot_product(cross_product(ahead, behind), normal) > 1.0e-12_wp*size_of_it**4) cycle
          call raise(error, status_input_error, 'corners: the quadrilateral must be convex, its four corners in cyclic order')
          return
       end do
    end subroutine check_convex
-
-   pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 end module finshell_mesh_rectangle

@@ -7,6 +7,7 @@
 !> the neighbours by their images.
 module finshell_normals
    use finshell_kinds, only: wp, dp, i8
+   use finshell_rotation, only: cross_product
    use finshell_mesh, only: mesh_t
    use finshell_mesh_sorting, only: sorted_order
    implicit none
@@ -84,7 +85,7 @@ contains
       integer, intent(in) :: e
       real(wp) :: n(3)
       associate (x => mesh%coordinates(:, mesh%triangles(:, e)))
-         n = cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
+         n = cross_product(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
       end associate
       n = n/norm2(n)
    end function facet_normal
@@ -284,7 +285,7 @@ contains
          k = findloc(mesh%triangles(:, group(i)), node, dim=1)
          a = mesh%coordinates(:, mesh%triangles(1 + mod(k, 3), group(i))) - mesh%coordinates(:, node)
          b = mesh%coordinates(:, mesh%triangles(1 + mod(k + 1, 3), group(i))) - mesh%coordinates(:, node)
-         n = n + norm2(cross(a, b))/(dot_product(a, a)*dot_product(b, b))*facet(:, group(i))
+         n = n + norm2(cross_product(a, b))/(dot_product(a, a)*dot_product(b, b))*facet(:, group(i))
       end do
       n = n/norm2(n)
    end function average_normal
@@ -369,9 +370,9 @@ contains
       do round = 1, 5
          axis(:, 1) = 0
          axis(minloc(abs(n), dim=1), 1) = 1
-         axis(:, 1) = cross(n, axis(:, 1))
+         axis(:, 1) = cross_product(n, axis(:, 1))
          axis(:, 1) = axis(:, 1)/norm2(axis(:, 1))
-         axis(:, 2) = cross(n, axis(:, 1))
+         axis(:, 2) = cross_product(n, axis(:, 1))
          do i = 1, size(cloud, 2)
             associate (x => dot_product(cloud(:, i), axis(:, 1))/length, y => dot_product(cloud(:, i), axis(:, 2))/length, &
                        w => dot_product(cloud(:, i), n)/length, weight => length**2/dot_product(cloud(:, i), cloud(:, i)))
@@ -389,10 +390,4 @@ contains
       end do
       n = turned
    end subroutine fit
-
-   pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 end module finshell_normals

@@ -6,6 +6,7 @@
 !> fixed plane that contains the edge, and one origin lies in all these planes.
 module finshell_pressure_region
    use finshell_kinds, only: wp, i8
+   use finshell_rotation, only: cross_product
    use finshell_mesh, only: mesh_t, mesh_size
    use finshell_mesh_sorting, only: sorted_order
    use finshell_equations, only: equations_t
@@ -123,8 +124,8 @@ contains
          count = a%displacements
          held(:, :count) = a%displacement_axes(:, :count)
       else if (a%displacements == 2 .and. b%displacements == 2) then
-         normal = cross(cross(a%displacement_axes(:, 1), a%displacement_axes(:, 2)), &
-                        cross(b%displacement_axes(:, 1), b%displacement_axes(:, 2)))
+         normal = cross_product(cross_product(a%displacement_axes(:, 1), a%displacement_axes(:, 2)), &
+                        cross_product(b%displacement_axes(:, 1), b%displacement_axes(:, 2)))
          if (norm2(normal) > tolerance) then
             count = 1
             held(:, 1) = normal/norm2(normal)
@@ -149,8 +150,8 @@ contains
          valid = abs(dot_product(normal, along)) < tolerance
       case (2)
          ! Free along one line only: the plane of the edge and that line, or any plane when they coincide.
-         candidate = cross(held(:, 1), held(:, 2))
-         normal = cross(candidate, along)
+         candidate = cross_product(held(:, 1), held(:, 2))
+         normal = cross_product(candidate, along)
          plane = norm2(normal) > tolerance
          if (plane) normal = normal/norm2(normal)
       case default
@@ -170,10 +171,4 @@ contains
       end do
       yes = norm2(rest) < tolerance
    end function in_span
-
-   pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 end module finshell_pressure_region

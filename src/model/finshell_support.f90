@@ -6,6 +6,7 @@
 !> meet at any angle are therefore fine; only different values for the same direction, or subspaces without common axes, are errors.
 module finshell_support
    use finshell_kinds, only: wp, i4
+   use finshell_rotation, only: cross_product
    use finshell_status, only: status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
    implicit none
@@ -140,7 +141,7 @@ contains
          else
             axes(:, 2) = any_normal(first)
          end if
-         axes(:, 3) = cross(axes(:, 1), axes(:, 2))
+         axes(:, 3) = cross_product(axes(:, 1), axes(:, 2))
       end if
       do k = 1, 3
          held(k) = inside(axes(:, k), self%displacements, self%displacement_axes)
@@ -157,7 +158,7 @@ contains
       exists = count == 1 .or. count == 2
       line = [1, 0, 0]
       if (count == 1) line = basis(:, 1)
-      if (count == 2) line = cross(basis(:, 1), basis(:, 2))
+      if (count == 2) line = cross_product(basis(:, 1), basis(:, 2))
    end subroutine special_line
 
    !> Is the subspace spanned by some of the axes?
@@ -195,10 +196,4 @@ contains
       b = b - dot_product(a, b)*a
       b = b/norm2(b)
    end function any_normal
-
-   pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 end module finshell_support

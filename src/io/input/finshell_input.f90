@@ -1,6 +1,7 @@
 !> From an input file to a model: the groups of doc/namelist.md, checked, every message with file and line.
 module finshell_input
    use finshell_error, only: error_t, raise, text_of
+   use finshell_field, only: name_characters
    use finshell_status, only: status_input_error
    use finshell_structure, only: structure_t
    use finshell_step, only: step_t
@@ -280,13 +281,12 @@ contains
    pure function base_name(file) result(name)
       character(len=*), intent(in) :: file
       character(len=:), allocatable :: name
-      character(len=*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-'
       integer :: i
       name = file(index(file, '/', back=.true.) + 1:)
       i = index(name, '.', back=.true.)
       if (i > 1) name = name(:i - 1)
       do i = 1, len(name)
-         if (index(allowed, name(i:i)) == 0) name(i:i) = '_'
+         if (index(name_characters, name(i:i)) == 0) name(i:i) = '_'
       end do
       if (verify(name, '.') == 0) name = 'job'
    end function base_name

@@ -1,11 +1,13 @@
 !> What the groups of an input file have in common: sets of the mesh by name, components by name, vectors, errors with their place.
 module finshell_input_common
    use finshell_kinds, only: wp
+   use finshell_field, only: name_characters
    use finshell_error, only: error_t, text_of
    use finshell_mesh, only: mesh_t, find_node_set, find_element_set, find_edge_set, node_set_names, element_set_names
    use finshell_mesh, only: edge_set_names
    use finshell_namelist, only: group_t, get, get_strings, complain_about
-   use finshell_text, only: nearest_name, read_whole_file, is_blank, parse_real
+   use finshell_namelist_values, only: suggestion
+   use finshell_text, only: read_whole_file, is_blank, parse_real
    implicit none
    private
    public :: get_set, get_sets, get_component, position_of, get_vector, read_vector_file, place_error, check_name
@@ -76,8 +78,7 @@ contains
          if (i > 0) members = size(mesh%edge_sets(i)%edges, 2)
       end select
       if (i == 0) then
-         guess = nearest_name(name, names)
-         if (guess /= '') guess = ", did you mean '"//guess//"'?"
+         guess = suggestion(name, names)
          if (allocated(mesh%empty_sets)) then
             if (index(mesh%empty_sets, '"'//name//'"') > 0) guess = ' (the mesh file has a physical group of this name, but it ' &
                //'has no elements)'
@@ -154,10 +155,9 @@ contains
       character(len=*), intent(in) :: key
       character(len=*), intent(in) :: name
       type(error_t), allocatable, intent(inout) :: error
-      character(len=*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-'
 
       if (allocated(error)) return
-      if (name == '' .or. verify(name, allowed) > 0 .or. verify(name, '.') == 0) call complain_about(group, key, &
+      if (name == '' .or. verify(name, name_characters) > 0 .or. verify(name, '.') == 0) call complain_about(group, key, &
          "'"//name//"' is no name; a name is made of letters, digits, _ - and .", error)
    end subroutine check_name
 

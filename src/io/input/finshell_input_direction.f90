@@ -1,6 +1,7 @@
 !> The material direction in the group &section of an input file: a vector, a field about a line or a point, or a file.
 module finshell_input_direction
    use finshell_kinds, only: wp
+   use finshell_rotation, only: cross_product
    use finshell_error, only: error_t, text_of
    use finshell_structure, only: structure_t
    use finshell_namelist, only: group_t, get, has, complain_about
@@ -63,12 +64,12 @@ contains
          select case (field)
          case ('constant'); d = vector
          case ('file'); d = given(:, e)
-         case ('circumferential'); d = cross(axis, d)
+         case ('circumferential'); d = cross_product(axis, d)
          case ('axial'); d = axis
          case ('radial'); d = d - dot_product(axis, d)*axis
          end select
-         normal = cross(sides(:, 1), sides(:, 2))
-         if (.not. norm2(cross(normal, d)) > nearly_normal*norm2(normal)*norm2(d)) then
+         normal = cross_product(sides(:, 1), sides(:, 2))
+         if (.not. norm2(cross_product(normal, d)) > nearly_normal*norm2(normal)*norm2(d)) then
             call complain_about(group, key, 'it gives element '//text_of(e) &
                //' no direction: the vector there is zero or normal to the element', error)
             return
@@ -104,10 +105,4 @@ contains
          call complain_about(group, 'direction_origin', 'it belongs to direction_axis or direction_field, which are missing', error)
       end if
    end subroutine check_combination
-
-   pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 end module finshell_input_direction

@@ -11,7 +11,7 @@ module finshell_input_section
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
    use finshell_input_common, only: get_sets, place_error, kind_element
    use finshell_input_direction, only: read_direction
-   use finshell_text, only: nearest_name
+   use finshell_namelist_values, only: suggestion
    implicit none
    private
    public :: named_material_t, read_material, read_section, check_sections
@@ -204,8 +204,7 @@ contains
          if (m > 1) names = names//', '
          names = names//materials(m)%name
       end do
-      guess = nearest_name(name, names)
-      if (guess /= '') guess = ", did you mean '"//guess//"'?"
+      guess = suggestion(name, names)
       if (names == '') names = '(none: a group &material is missing)'
       call complain_about(group, 'material', "there is no material '"//name//"'"//guess//'; materials: '//names, error)
    end subroutine find_material
