@@ -63,7 +63,7 @@ contains
       integer :: b, blocks, level, team
       logical :: quiet
 
-      if (bad_shape(rotation, convention, n, present(state))) then
+      if (section%membrane .or. bad_shape(rotation, convention, n, present(state))) then ! of membranes: finshell_membrane_batch
          status = status_invalid_argument
          if (present(energy)) energy = 0
          if (present(force)) force = 0
@@ -180,7 +180,7 @@ contains
       integer :: first, i, l
       logical :: changed
 
-      if (bad_shape(rotation, convention, n, present(state))) then
+      if (section%membrane .or. bad_shape(rotation, convention, n, present(state))) then ! of membranes: finshell_membrane_batch
          status = status_invalid_argument
          if (present(stretch)) stretch = 0
          if (present(membrane_force)) membrane_force = 0

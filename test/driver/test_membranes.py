@@ -171,7 +171,7 @@ class Membranes(unittest.TestCase):
 &step /
 """
         for keys, word in (("type = 'membrane' offset = 0.1", "offset"), ("type = 'membrane' thickness_points = 3", "thickness_points"),
-                           ("wrinkling = .true.", "wrinkling"), ("type = 'film'", "shell, membrane")):
+                           ("wrinkling = .true.", "wrinkling"), ("type = 'membrane' slack = 1e-3", "slack"), ("type = 'film'", "shell, membrane")):
             message = self.solve(model.replace("KEYS", keys).replace("VALUE", ""), 2)
             self.assertIn(word, message)
             self.assertIn("in.nml:3", message)

@@ -95,6 +95,8 @@ contains
       call refuse_keys(group, kind, error)
       call get(group, 'wrinkling', wrinkling, error, default=.false.)
       call get(group, 'slack', slack, error, default=1.0e-6_wp, minimum=0.0_wp, maximum=1.0_wp)
+      if (has(group, 'slack') .and. .not. wrinkling .and. .not. allocated(error)) &
+         call complain_about(group, 'slack', 'only a sheet with wrinkling = .true. can be slack', error)
       call get(group, 'offset', offset, error, default=0.0_wp)
       call get(group, 'formulation', formulation, error, default='S', choices='S, P')
       call get(group, 'arc', arc, error, default=.true.)
