@@ -19,7 +19,7 @@ module finshell_element_fields
    private
    public :: element_fields, find_element_field, surface_stress, n_element_fields
 
-   integer, parameter :: n_element_fields = 18
+   integer, parameter :: n_element_fields = 19
 
 contains
 
@@ -62,7 +62,9 @@ contains
          field('wrinkle_state', '', at_element, '-', wrinkle_state, &
                'of membranes: 0 slack, 1 wrinkled, 2 taut', change=change_none), &
          field('wrinkle_ridge', 'x, y, z', at_element, '-', wrinkle_ridge, &
-               'of membranes: along the ridges of wrinkles; zero where there are none', change=change_none)]
+               'of membranes: along the ridges of wrinkles; zero where there are none', change=change_none), &
+         field('slack_energy_density', '', at_element, 'energy/volume', slack_energy_density, &
+               'of membranes: part of energy_density, of what is left to compression', change=change_quadratic)]
    end function element_fields
 
    pure subroutine thickness_stretch(section, r, place, values, status)
@@ -264,6 +266,19 @@ contains
          status = max(status, status_no_value)
       end if
    end subroutine wrinkle_ridge
+
+   pure subroutine slack_energy_density(section, r, place, values, status)
+      type(section_t), intent(in) :: section
+      type(recovered_t), intent(in) :: r
+      integer, intent(in) :: place
+      real(wp), intent(inout), contiguous :: values(:, :)
+      integer(i4), intent(inout) :: status(lanes)
+      if (section%membrane) then
+         values(:, 1) = r%slack_energy
+      else
+         status = max(status, status_no_value)
+      end if
+   end subroutine slack_energy_density
 
    pure subroutine principal_values(raw, frame, values)
       real(wp), intent(in) :: raw(:), frame(3, 2)

@@ -92,6 +92,7 @@ contains
       call midsurface_thickness(section, level_energy, field%strain, r%axes, r%stretch, dl, ddl, no_stretch)
       where (status == status_ok) status = no_stretch
       r%energy = field%force%energy/section%thickness
+      r%slack_energy = field%slack_energy/section%thickness
       r%force = field%tension
       r%moment = 0
       r%back(:, 1) = r%axes(:, 1)

@@ -21,5 +21,6 @@ module finshell_recovered
       !> global. Their strain and frame are those of the material, which is wider than its facet.
       integer(i4) :: state(lanes)
       real(wp) :: ridge(lanes, 3)
+      real(wp) :: slack_energy(lanes) !< part of `energy`: of what is left to compression (finshell_slack)
    end type recovered_t
 end module finshell_recovered
