@@ -8,7 +8,7 @@ module finshell_equilibrium
    use finshell_kinds, only: wp
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
       status_invalid_argument, status_input_error
-   use finshell_error, only: error_t, raise, text_of
+   use finshell_error, only: error_t, raise
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion
    use finshell_batch, only: n_resultants

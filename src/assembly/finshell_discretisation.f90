@@ -4,7 +4,7 @@
 !> Whatever an element needs to know beside its nodes (material direction, normals, held sides) is gathered with them, so no
 !> caller can forget it.
 module finshell_discretisation
-   use finshell_batch, only: evaluate_elements, n_resultants, predict_resultants, rotation_quaternion
+   use finshell_batch, only: evaluate_elements, predict_resultants, rotation_quaternion
    use finshell_field_batch, only: recover_fields
    use finshell_kinds, only: wp, i4
    use finshell_membrane_batch, only: evaluate_membranes, n_membrane

@@ -10,7 +10,7 @@ module finshell_element
    use finshell_filter, only: filter_t, new_filter
    use finshell_heading, only: new_heading, set_direction
    use finshell_lift, only: lift, core_variation
-   use finshell_evaluation, only: level_energy, level_force, level_tangent
+   use finshell_evaluation, only: level_force, level_tangent
    use finshell_material_direction, only: material_direction
    use finshell_reference, only: reference_t, new_reference, hold_sides
    use finshell_recovered, only: recovered_t

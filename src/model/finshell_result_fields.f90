@@ -1,6 +1,6 @@
 !> All that a run can report, in one list: fields on nodes, fields on elements, numbers of the whole structure.
 module finshell_result_fields
-   use finshell_field_batch, only: element_field_t, element_fields, field_places, n_element_fields, at_surfaces, at_layers
+   use finshell_field_batch, only: element_field_t, element_fields, n_element_fields, at_surfaces, at_layers
    use finshell_node_fields, only: node_field_t, node_fields, n_node_fields
    use finshell_error, only: text_of
    implicit none

@@ -15,7 +15,6 @@ module finshell_path
       snap_mark, snap_refuse, constant_ramp
    use finshell_control, only: arc_norm, control_vector
    use finshell_newton, only: newton_result_t
-   use finshell_predictor, only: history_t
    use finshell_increment, only: next_size, cut_ratio
    use finshell_observer, only: record_t, observer_t
    use finshell_targets, only: targets_t, new_targets

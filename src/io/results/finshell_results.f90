@@ -6,7 +6,7 @@
 !> is field data. An XDMF file of the same base name describes the same datasets to readers that do not know VTKHDF. Use:
 !> `create` or `open_for_restart`, then `append` for every increment, then `close`; others may read the file meanwhile.
 module finshell_results
-   use finshell_error, only: error_t, raise, text_of
+   use finshell_error, only: error_t, raise
    use finshell_field, only: check_field, check_fields, check_increment, field_t, gaps, has_displacement, increment_t, layout, &
       & monitor_value, name_t, with_gaps, without_slash
    use finshell_hdf5, only: hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_table_t
