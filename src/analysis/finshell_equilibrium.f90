@@ -33,7 +33,7 @@ module finshell_equilibrium
    use finshell_volume, only: volume_t, new_volume
    use finshell_ground, only: is_soft, ground_stiffness, lumped_weight
    use finshell_element_limit, only: element_trouble
-   use finshell_team, only: leads, own_elements, team_t
+   use finshell_team, only: leads, own_elements, shared, team_t
    implicit none
    private
    public :: equilibrium_t, new_equilibrium
@@ -100,12 +100,16 @@ contains
       end if
       call new_equations(self%equations, structure%mesh, structure%supports, error, turning_nodes(structure))
       if (allocated(error)) return
-      call new_external(self%external, structure, self%equations, error)
+      if (present(team)) self%team => team
+      call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
+      if (shared(self%team)) then
+         call new_external(self%external, structure, self%equations, error, self%own_elements)
+      else
+         call new_external(self%external, structure, self%equations, error)
+      end if
       if (allocated(error)) return
       call check_mechanism(structure%mesh, self%equations, error, self%external%springs(structure, self%equations))
       if (allocated(error)) return
-      if (present(team)) self%team => team
-      call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
       call new_sparsity(pattern, structure%mesh%triangles(:, self%own_elements), self%equations%number, self%external%symmetric, &
          error, self%team)
       if (allocated(error)) return

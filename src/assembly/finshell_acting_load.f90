@@ -28,6 +28,7 @@ module finshell_acting_load
    contains
       procedure(evaluate_interface), deferred :: evaluate
       procedure :: energy => no_energy
+      procedure :: keep
       procedure, non_overridable :: add
       procedure, non_overridable :: add_change
    end type acting_load_t
@@ -105,6 +106,13 @@ contains
          end associate
       end do
    end subroutine add_change
+
+   !> Act through some of the elements only. To be replaced by loads with more arrays over them.
+   subroutine keep(self, kept)
+      class(acting_load_t), intent(inout) :: self
+      logical, intent(in) :: kept(:) !< (size(elements))
+      self%elements = pack(self%elements, kept)
+   end subroutine keep
 
    !> Potential for a factor of 1.
    function no_energy(self, structure, equations, state) result(energy)

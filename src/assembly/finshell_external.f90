@@ -34,6 +34,7 @@ module finshell_external
    type :: external_t
       real(wp), allocatable :: dead(:, :, :) !< (6, nodes, factors) forces and moments; finshell_factor; unscaled if any are
       type(load_item_t), allocatable :: list(:)
+      type(load_item_t), allocatable :: own(:) !< the same through the elements of this member of a team; unallocated: no team
       type(pressed_region_t), allocatable :: pressures(:) !< where uniform pressures act
       !> Nodes with dead moments that are free to turn about two axes or more, and an element and its corner at each: such a
       !> moment is not conservative and has an unsymmetric stiffness.
@@ -52,11 +53,12 @@ module finshell_external
 contains
 
    !> Sum up the loads of a structure. Errors: unknown set, no density, unknown kind.
-   subroutine new_external(self, structure, equations, error)
+   subroutine new_external(self, structure, equations, error, own)
       type(external_t), intent(out) :: self
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(error_t), allocatable, intent(out) :: error
+      integer, intent(in), optional :: own(:) !< elements of this member of a team
       type(load_t), allocatable :: loads(:)
       integer, allocatable :: edges(:, :)
       integer :: i, pressures
@@ -95,7 +97,21 @@ contains
          self%symmetric = self%symmetric .and. self%list(i)%load%symmetric
       end do
       if (any(scalings(self) == unscaled)) self%dead = reshape(self%dead, [6, size(self%dead, 2), unscaled], [0.0_wp])
+      if (present(own)) call keep_own(self, own, size(structure%mesh%triangles, 2))
    end subroutine new_external
+
+   subroutine keep_own(self, own, elements)
+      type(external_t), intent(inout) :: self
+      integer, intent(in) :: own(:), elements
+      logical, allocatable :: mine(:)
+      integer :: i
+      allocate (mine(elements), source=.false.)
+      mine(own) = .true.
+      self%own = self%list
+      do i = 1, size(self%own)
+         call self%own(i)%load%keep(mine(self%list(i)%load%elements))
+      end do
+   end subroutine keep_own
 
    pure function scalings(self)
       type(external_t), intent(in) :: self
@@ -153,11 +169,21 @@ contains
       type(assembly_t), intent(in) :: assembly
       real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, factors)
       real(wp), intent(inout), optional :: values(:)
-      integer :: i
-      do i = 1, size(self%list)
-         if (self%list(i)%load%rows == rows) &
-            call self%list(i)%load%add(structure, equations, state, assembly, unit_force, values)
-      end do
+      if (allocated(self%own)) then
+         call add_of(self%own)
+      else
+         call add_of(self%list)
+      end if
+
+   contains
+
+      subroutine add_of(list)
+         type(load_item_t), intent(in) :: list(:)
+         integer :: i
+         do i = 1, size(list)
+            if (list(i)%load%rows == rows) call list(i)%load%add(structure, equations, state, assembly, unit_force, values)
+         end do
+      end subroutine add_of
    end subroutine add
 
    !> Both kinds, each to its own.
