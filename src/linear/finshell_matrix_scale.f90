@@ -4,10 +4,10 @@
 module finshell_matrix_scale
    use finshell_kinds, only: dp
    use finshell_sparsity, only: sparsity_t
-   use finshell_team, only: largest_of
+   use finshell_team, only: largest_of, leads
    implicit none
    private
-   public :: initial_scale, equilibrate
+   public :: initial_scale, equilibrate, shifted
 
 contains
 
@@ -41,6 +41,20 @@ contains
          scale = scale*sqrt(largest)
       end do
    end subroutine equilibrate
+
+   !> The values with a little of the scale added to the diagonal.
+   pure function shifted(pattern, values, scale, shift) result(changed)
+      type(sparsity_t), intent(in) :: pattern
+      real(dp), intent(in) :: values(:), scale(:), shift
+      real(dp), allocatable :: changed(:)
+      integer :: j, p
+      changed = values
+      if (.not. leads(pattern%team)) return
+      do j = 1, pattern%n
+         p = pattern%find(j, j)
+         if (p > 0) changed(p) = changed(p) + shift*scale(j)**2
+      end do
+   end function shifted
 
    !> Largest scaled entry of row and column of each equation; entries to which several members of a team add count by their parts.
    subroutine largest_entries(pattern, values, scale, largest)
