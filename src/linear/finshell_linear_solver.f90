@@ -78,8 +78,7 @@ contains
       call self%free()
       self%pattern = pattern
       self%expect_definite = .true.
-      if (shared(self%pattern%team) .and. .not. allocated(self%options%solver)) self%options%solver = 'mumps' ! for all others alone
-      reason = lack_of_solver(self%options)
+      reason = lack_of_solver(self%options, shared(self%pattern%team))
       if (reason /= '') call raise(error, status_invalid_argument, reason)
    end subroutine analyse
 
@@ -88,7 +87,7 @@ contains
       class(linear_solver_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
       if (self%pattern%n == 0 .or. allocated(self%first)) return
-      call choose_solvers(self%options, self%pattern%symmetric, self%first, self%second)
+      call choose_solvers(self%options, self%pattern%symmetric, shared(self%pattern%team), self%first, self%second)
       if (.not. allocated(self%first)) then
          call raise(error, status_invalid_argument, 'this finshell was built without a solver for this matrix')
          return

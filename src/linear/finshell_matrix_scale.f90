@@ -43,7 +43,7 @@ contains
    end subroutine equilibrate
 
    !> The values with a little of the scale added to the diagonal.
-   pure function shifted(pattern, values, scale, shift) result(changed)
+   function shifted(pattern, values, scale, shift) result(changed)
       type(sparsity_t), intent(in) :: pattern
       real(dp), intent(in) :: values(:), scale(:), shift
       real(dp), allocatable :: changed(:)

@@ -194,7 +194,7 @@ contains
       self%icntl(1:3) = -1 ! prints nothing
       self%icntl(4) = 0
       self%icntl(6) = 0 ! no matching of rows and columns
-      self%icntl(8) = -1 ! the scaling is ours
+      self%icntl(8) = merge(7, -1, shared(self%team)) ! the scaling is ours, but of a matrix in parts MUMPS takes its own only
       self%icntl(10) = 0 ! the caller refines
       self%icntl(12) = 1 ! no ordering by pairs of rows
       self%icntl(13) = 1 ! the last front as all others: its negative pivots are counted
@@ -221,7 +221,7 @@ contains
       self%factorised = .false.
       if (.not. associated(self%scaling)) allocate (self%scaling(self%n))
       self%scaling = 1/scale
-      call finshell_mumps_scaling(self%handle, c_loc(self%scaling), c_loc(self%scaling))
+      if (.not. shared(self%team)) call finshell_mumps_scaling(self%handle, c_loc(self%scaling), c_loc(self%scaling))
       call give_matrix(self, c_loc(values))
       self%cntl(1) = merge(0.0_dp, pivot_threshold, definite .and. self%symmetric)
       do k = 1, most_enlargements
