@@ -3,7 +3,7 @@ module finshell_mpi_team
    use, intrinsic :: iso_c_binding, only: c_int, c_float, c_ptr, c_null_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit
    use finshell_error, only: error_t, raise
-   use finshell_kinds, only: dp, i4
+   use finshell_kinds, only: dp, i4, i8
    use finshell_team, only: team_t
    use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_bcast, mpi_character, mpi_comm_rank, mpi_comm_size, mpi_comm_world, &
       mpi_double_precision, mpi_finalize, mpi_ibarrier, mpi_init_thread, mpi_in_place, mpi_integer, mpi_max, mpi_request, &
@@ -123,7 +123,7 @@ contains
          allocate (part_of_node(nodes))
          if (metis_part_mesh_dual(elements, int(nodes, c_int), first, corner, c_null_ptr, c_null_ptr, 2_c_int, &
                                   int(self%members, c_int), c_null_ptr, c_null_ptr, cut, part, part_of_node) /= metis_ok) &
-            part = [(int((int(i, kind(0_8))*self%members)/elements, i4), i=0, elements - 1)]
+            part = [(int(int(i, i8)*self%members/elements, i4), i=0, elements - 1)]
       end if
       call mpi_bcast(part, size(part), mpi_integer, 0, mpi_comm_world)
    end subroutine divide

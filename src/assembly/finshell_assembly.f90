@@ -21,13 +21,13 @@ module finshell_assembly
    private
    public :: assembly_t, new_assembly, assemble, predict_stress, add_element_contributions, paying_threads
 
-   !> Elements are kept in the order of their patches: "slot" s holds element `patches%element(s)`. A member of a team keeps its own.
+   !> Elements are kept in the order of their patches: "slot" s holds element `patches%element(s)`; a member of a team keeps its own.
    type :: assembly_t
       private
       integer, public :: elements = 0, nodes = 0, entries = 0
       type(patches_t), public :: patches
       logical :: symmetric = .true.
-      integer(i4), allocatable :: slot(:) ! (elements of the mesh) where an element is kept, 0: by another member
+      integer(i4), allocatable :: slot(:) ! (elements of the mesh) where an element is kept; 0: by others
       integer(i4), allocatable :: corner(:, :) ! (3, slots) nodes
       type(scatter_t) :: scatter ! of the slots
       logical, allocatable :: framed(:) ! (slots) a node has axes of its own

@@ -11,8 +11,8 @@ module finshell_sparsity
    private
    public :: sparsity_t, new_sparsity, element_positions
 
-   !> Compressed columns, numbered from 1. The diagonal is always part of the pattern. Of a team each member has a pattern of its own
-   !> elements, and the matrix is the sum of all.
+   !> Compressed columns, numbered from 1. The diagonal is always part of the pattern. Each member of a team has the pattern of its
+   !> own elements, and the matrix is the sum of all.
    type :: sparsity_t
       integer :: n = 0 !< equations
       logical :: symmetric = .true. !< only the lower triangle is stored
