@@ -106,13 +106,11 @@ contains
       call predict_stress(problem%assembly, problem%structure, problem%state, constant + proportional, stress(:, :, 2), &
                           toward=toward)
       problem%state%constant_factor = problem%state%constant_factor + constant_change
-      problem%stress = stress(:, :, 1)
-      call problem%evaluate_toward(.true., error, toward)
+      call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 1))
       if (.not. allocated(error)) then
          stiffness = problem%values
          problem%state%load_factor = problem%state%load_factor + 1
-         problem%stress = stress(:, :, 2)
-         call problem%evaluate_toward(.true., error, toward)
+         call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 2))
       end if
       if (.not. allocated(error)) geometric = problem%values - stiffness
       call problem%restore()

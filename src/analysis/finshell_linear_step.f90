@@ -116,9 +116,7 @@ contains
 
       allocate (b(problem%n), source=0.0_wp)
       if (abs(constant_change) > 0) then
-         problem%constant_phase = .true.
-         call problem%evaluate_toward(.true., error, toward)
-         problem%constant_phase = .false.
+         call problem%evaluate_toward(.true., error, toward, scaling=by_constant_factor)
          if (allocated(error)) return
          b = constant_change*problem%rate
       end if

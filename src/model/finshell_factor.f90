@@ -5,7 +5,7 @@ module finshell_factor
    implicit none
    private
    public :: by_load_factor, by_constant_factor, unscaled
-   public :: factor_at, scaled_sum
+   public :: factor_at, set_factor, scaled_sum
 
    !> The load factor of the step; the constant factor, which rises to 1 before the first step; nothing: always there in full,
    !> as an elastic foundation is. Also positions in arrays with a part for each.
@@ -22,6 +22,17 @@ contains
       case default; factor_at = 1
       end select
    end function factor_at
+
+   !> Replace a factor of a state.
+   pure subroutine set_factor(state, scaling, value)
+      type(state_t), intent(inout) :: state
+      integer, intent(in) :: scaling !< by_load_factor or by_constant_factor
+      real(wp), intent(in) :: value
+      select case (scaling)
+      case (by_load_factor); state%load_factor = value
+      case (by_constant_factor); state%constant_factor = value
+      end select
+   end subroutine set_factor
 
    !> Forces for factors of 1 times the factors of a state.
    pure function scaled_sum(state, parts) result(total)

@@ -1,10 +1,10 @@
 !> The state of a structure: displacements, rotations and factors. Nothing else is carried from one increment to the next.
 module finshell_state
    use finshell_kinds, only: wp
-   use finshell_quaternion, only: update_quaternion
+   use finshell_quaternion, only: update_quaternion, quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector
    implicit none
    private
-   public :: state_t, linear_change_t, new_state, move_state, moved_state
+   public :: state_t, linear_change_t, new_state, move_state, moved_state, motion_between
 
    type :: state_t
       real(wp), allocatable :: displacement(:, :) !< (3, nodes), global
@@ -53,4 +53,16 @@ contains
       moved = state
       call move_state(moved, part*motion)
    end function moved_state
+
+   !> The motion that leads from one state to another: displacements, and the rotation vectors of the relative rotations.
+   pure function motion_between(from, to) result(motion)
+      type(state_t), intent(in) :: from, to
+      real(wp) :: motion(6, size(to%displacement, 2))
+      integer :: i
+      do i = 1, size(motion, 2)
+         motion(1:3, i) = to%displacement(:, i) - from%displacement(:, i)
+         motion(4:6, i) = quaternion_to_rotation_vector( &
+                          quaternion_product(to%rotation(:, i), quaternion_conjugate(from%rotation(:, i))))
+      end do
+   end function motion_between
 end module finshell_state
