@@ -6,6 +6,7 @@
 !> turn about one axis only; else it is unsymmetric and exact.
 module finshell_equilibrium
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
       status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise
@@ -15,9 +16,9 @@ module finshell_equilibrium
    use finshell_normals, only: add_turns
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_equations, only: equations_t, new_equations, gather, scatter
+   use finshell_equations, only: equations_t, new_equations, gather, scatter, rotation_at
    use finshell_external, only: external_t, new_external
-   use finshell_factor, only: by_load_factor, unscaled, factor_at, set_factor, scaled_sum
+   use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, set_factor, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
@@ -43,10 +44,10 @@ module finshell_equilibrium
       type(linear_solver_t) :: solver
       type(symmetric_part_t), private :: half !< of an unsymmetric matrix, for descents
       logical, private :: by_half = .false. !< it is what was factorised last
-      real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
-      real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
+      real(wp), allocatable :: internal_force(:, :) !< (n_nodal, nodes) at the last evaluation; global axes
+      real(wp), allocatable :: external_force(:, :) !< (n_nodal, nodes); reactions are internal minus external force
       type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
-      real(wp), allocatable :: bulge_force(:, :) !< (6, nodes) part of external_force that depends on rotations, too
+      real(wp), allocatable :: bulge_force(:, :) !< (n_nodal, nodes) part of external_force that depends on rotations, too
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
@@ -119,7 +120,7 @@ contains
       self%detail = mean_side(structure%mesh)
       self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
-      self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, 2)) > 0)
+      self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, by_constant_factor)) > 0)
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
       if (allocated(self%watched)) deallocate (self%watched)
@@ -127,8 +128,8 @@ contains
       if (allocated(self%ground)) deallocate (self%ground)
       self%entry = entry_t()
       self%base_entry = entry_t()
-      allocate (self%residual(self%n), self%rate(self%n), source=0.0_wp)
-      allocate (self%values(pattern%entries()), self%internal_force(6, nodes), self%external_force(6, nodes), source=0.0_wp)
+      allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
+      allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
       do i = 1, size(self%equations%moved)
          self%moved_of(self%equations%moved(i)) = i
@@ -156,7 +157,7 @@ contains
       class(equilibrium_t), intent(inout) :: self
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
-      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
+      real(wp), intent(in), optional :: toward(:, :) !< (n_nodal, nodes) see `assemble`
       real(wp), intent(in), optional :: stand_in
       real(wp), intent(in), optional :: stress(:, :)
       integer, intent(in), optional :: scaling
@@ -293,7 +294,7 @@ contains
       active = by_load_factor
       if (present(scaling)) active = scaling
       call set_factor(self%state, active, factor_at(self%state, active) + factor_change)
-      allocate (nodal(6, size(self%equations%number, 2)))
+      allocate (nodal(n_nodal, size(self%equations%number, 2)))
       call scatter(self%equations, x, nodal)
       do i = 1, size(self%equations%moved)
          node = self%equations%moved(i)
@@ -309,7 +310,7 @@ contains
       do i = 1, size(self%equations%moved)
          if (.not. self%equations%turned(i)) cycle
          self%state%rotation(:, self%equations%moved(i)) = rotation_vector_to_quaternion( &
-            self%state%load_factor*self%equations%motion(4:6, i, 1) + self%state%constant_factor*self%equations%motion(4:6, i, 2))
+            rotation_at(self%equations, i, self%state))
       end do
    end subroutine move
 
@@ -330,13 +331,13 @@ contains
       angle = 0
       do i = 1, size(self%equations%number, 2)
          turn = 0
-         do k = 1, 3
-            if (self%equations%number(3 + k, i) > 0) turn(k) = x(self%equations%number(3 + k, i))
+         do k = rx, rz
+            if (self%equations%number(k, i) > 0) turn(k - uz) = x(self%equations%number(k, i))
          end do
          angle = max(angle, norm2(turn))
       end do
       do i = 1, size(self%equations%moved)
-         angle = max(angle, norm2(factor_change*self%equations%motion(4:6, i, scaling)))
+         angle = max(angle, norm2(factor_change*self%equations%motion(rx:rz, i, scaling)))
       end do
    end function largest_rotation
 
@@ -346,10 +347,10 @@ contains
       real(wp), intent(out) :: x(:)
       real(wp), intent(out), optional :: added(:)
       real(wp), allocatable :: nodal(:, :)
-      allocate (nodal(6, size(self%state%rotation, 2)))
-      nodal(1:3, :) = self%state%displacement
-      nodal(4:6, :) = 2*self%state%rotation(2:4, :)
-      if (allocated(self%structure%normal)) call add_turns(self%structure%mesh, self%structure%normal, nodal(4:6, :))
+      allocate (nodal(n_nodal, size(self%state%rotation, 2)))
+      nodal(ux:uz, :) = self%state%displacement
+      nodal(rx:rz, :) = 2*self%state%rotation(2:4, :)
+      if (allocated(self%structure%normal)) call add_turns(self%structure%mesh, self%structure%normal, nodal(rx:rz, :))
       call gather(self%equations, nodal, x)
       if (present(added)) call self%solver%magnitude(x, added)
    end subroutine magnitude

@@ -4,6 +4,7 @@
 !> come out ascending because equations are visited in ascending order and each one is appended to the columns it meets.
 module finshell_sparsity
    use finshell_kinds, only: dp, i4
+   use finshell_freedoms, only: n_corners, n_nodal
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_invalid_argument
    implicit none
@@ -61,7 +62,7 @@ contains
    subroutine new_sparsity(pattern, triangles, eq, symmetric, error)
       type(sparsity_t), intent(out) :: pattern
       integer, intent(in) :: triangles(:, :) !< (3, elements) node numbers
-      integer, intent(in) :: eq(:, :) !< (6, nodes) equation numbers, 0 = constrained
+      integer, intent(in) :: eq(:, :) !< (n_nodal, nodes) equation numbers, 0 = constrained
       logical, intent(in) :: symmetric !< store the lower triangle only
       type(error_t), allocatable, intent(out) :: error
       type(incidence_t) :: at_node
@@ -99,7 +100,7 @@ contains
             do h = home_first(r), home_first(r + 1) - 1
                node = home(h)
                do k = neighbour_first(node), neighbour_first(node + 1) - 1
-                  do i = 1, 6
+                  do i = 1, n_nodal
                      c = eq(i, neighbour(k))
                      if (c == 0) cycle
                      if (symmetric .and. c > r) cycle
@@ -218,8 +219,9 @@ contains
       integer :: i, j, e, k
 
       n = 0
-      if (size(triangles, 1) /= 3 .or. size(eq, 1) /= 6) then
-         call raise(error, status_invalid_argument, 'connectivity must have 3 rows and equation numbers 6')
+      if (size(triangles, 1) /= n_corners .or. size(eq, 1) /= n_nodal) then
+         call raise(error, status_invalid_argument, 'connectivity must have '//text_of(n_corners)//' rows and equation numbers ' &
+            //text_of(n_nodal))
          return
       end if
       if (size(triangles) > 0) then
@@ -231,7 +233,7 @@ contains
       if (size(eq) > 0) n = max(0, maxval(eq))
       allocate (used(n), source=.false.)
       do j = 1, size(eq, 2)
-         do i = 1, 6
+         do i = 1, n_nodal
             if (eq(i, j) < 0) then
                call raise(error, status_invalid_argument, 'node '//text_of(j)//' has a negative equation number')
                return
@@ -246,7 +248,7 @@ contains
       allocate (seen(n), source=0)
       do e = 1, size(triangles, 2)
          do k = 1, 3
-            do i = 1, 6
+            do i = 1, n_nodal
                j = eq(i, triangles(k, e))
                if (j == 0) cycle
                if (seen(j) == e) then
@@ -326,7 +328,7 @@ contains
 
       allocate (fill(n), source=0)
       do j = 1, size(eq, 2)
-         do i = 1, 6
+         do i = 1, n_nodal
             if (eq(i, j) > 0) fill(eq(i, j)) = fill(eq(i, j)) + 1
          end do
       end do
@@ -335,7 +337,7 @@ contains
       allocate (home(total))
       fill = first(:n)
       do j = 1, size(eq, 2)
-         do i = 1, 6
+         do i = 1, n_nodal
             if (eq(i, j) == 0) cycle
             home(fill(eq(i, j))) = j
             fill(eq(i, j)) = fill(eq(i, j)) + 1

@@ -37,7 +37,7 @@ contains
    !> Forces for factors of 1 times the factors of a state.
    pure function scaled_sum(state, parts) result(total)
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: parts(:, :, :) !< (6, nodes, 2 or 3)
+      real(wp), intent(in) :: parts(:, :, :) !< (n_nodal, nodes, 2 or 3)
       real(wp) :: total(size(parts, 1), size(parts, 2))
       total = state%load_factor*parts(:, :, by_load_factor) + state%constant_factor*parts(:, :, by_constant_factor)
       if (size(parts, 3) >= unscaled) total = total + parts(:, :, unscaled)
