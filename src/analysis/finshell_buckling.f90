@@ -6,6 +6,7 @@
 !> tension only count for K where the linear solution stretches them (finshell_linear_step), first that of the constant loads.
 module finshell_buckling
    use finshell_kinds, only: wp, dp
+   use finshell_freedoms, only: n_nodal, rx, ux, uz
    use finshell_arpack, only: pencil_t, lanczos
    use finshell_assembly, only: predict_stress
    use finshell_batch, only: n_resultants
@@ -72,7 +73,7 @@ contains
       problem%internal_force = 0
       problem%external_force = 0
       problem%negative_pivots = 0
-      allocate (change%motion(6, size(problem%equations%number, 2)))
+      allocate (change%motion(n_nodal, size(problem%equations%number, 2)))
       do i = 1, size(order)
          call scatter(problem%equations, modes(:, order(i)), change%motion)
          call normalise(change)
@@ -86,7 +87,7 @@ contains
    subroutine buckling_matrices(problem, stiffness, geometric, toward, solutions, error)
       type(equilibrium_t), intent(inout) :: problem
       real(dp), allocatable, intent(out) :: stiffness(:), geometric(:)
-      real(wp), allocatable, intent(out) :: toward(:, :) !< (6, nodes) decides which fibres act, see `linear_motion`
+      real(wp), allocatable, intent(out) :: toward(:, :) !< (n_nodal, nodes) decides which fibres act, see `linear_motion`
       integer, intent(out) :: solutions !< that it took to find them
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: constant(:, :), proportional(:, :), stress(:, :, :)
@@ -107,13 +108,11 @@ contains
       call predict_stress(problem%assembly, problem%structure, problem%state, constant + proportional, stress(:, :, 2), &
                           toward=toward)
       problem%state%constant_factor = problem%state%constant_factor + constant_change
-      problem%stress = stress(:, :, 1)
-      call problem%evaluate_toward(.true., error, toward)
+      call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 1))
       if (.not. allocated(error)) then
          stiffness = problem%values
          problem%state%load_factor = problem%state%load_factor + 1
-         problem%stress = stress(:, :, 2)
-         call problem%evaluate_toward(.true., error, toward)
+         call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 2))
       end if
       if (.not. allocated(error)) geometric = problem%values - stiffness
       call problem%restore()
@@ -274,8 +273,8 @@ contains
       type(linear_change_t), intent(inout) :: change
       real(wp) :: scale
       integer :: k, node, first
-      first = 1
-      if (.not. any(abs(change%motion(1:3, :)) > 0)) first = 4
+      first = ux
+      if (.not. any(abs(change%motion(ux:uz, :)) > 0)) first = rx
       node = maxloc(sum(change%motion(first:first + 2, :)**2, dim=1), 1)
       k = maxloc(abs(change%motion(first:first + 2, node)), 1)
       scale = sign(1/norm2(change%motion(first:first + 2, node)), change%motion(first + k - 1, node))

@@ -6,19 +6,19 @@
 !> turn about one axis only; else it is unsymmetric and exact.
 module finshell_equilibrium
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
       status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise
-   use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
-      rotation_vector_to_quaternion
+   use finshell_quaternion, only: rotation_vector_to_quaternion
    use finshell_batch, only: n_resultants
    use finshell_mesh, only: mesh_size, mean_side
    use finshell_normals, only: add_turns
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
-   use finshell_state, only: state_t, new_state, move_state
-   use finshell_equations, only: equations_t, new_equations, gather, scatter
+   use finshell_state, only: state_t, new_state, move_state, motion_between
+   use finshell_equations, only: equations_t, new_equations, gather, scatter, rotation_at
    use finshell_external, only: external_t, new_external
-   use finshell_factor, only: unscaled, scaled_sum
+   use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, set_factor, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
@@ -45,10 +45,10 @@ module finshell_equilibrium
       type(linear_solver_t) :: solver
       type(symmetric_part_t), private :: half !< of an unsymmetric matrix, for descents
       logical, private :: by_half = .false. !< it is what was factorised last
-      real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
-      real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
+      real(wp), allocatable :: internal_force(:, :) !< (n_nodal, nodes) at the last evaluation; global axes
+      real(wp), allocatable :: external_force(:, :) !< (n_nodal, nodes); reactions are internal minus external force
       type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
-      real(wp), allocatable :: bulge_force(:, :) !< (6, nodes) part of external_force that depends on rotations, too
+      real(wp), allocatable :: bulge_force(:, :) !< (n_nodal, nodes) part of external_force that depends on rotations, too
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
@@ -131,7 +131,7 @@ contains
       self%detail = mean_side(structure%mesh)
       self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
-      self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, 2)) > 0)
+      self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, by_constant_factor)) > 0)
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
       if (allocated(self%watched)) deallocate (self%watched)
@@ -139,8 +139,8 @@ contains
       if (allocated(self%ground)) deallocate (self%ground)
       self%entry = entry_t()
       self%base_entry = entry_t()
-      allocate (self%residual(self%n), self%rate(self%n), source=0.0_wp)
-      allocate (self%values(pattern%entries()), self%internal_force(6, nodes), self%external_force(6, nodes), source=0.0_wp)
+      allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
+      allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
       do i = 1, size(self%equations%moved)
          self%moved_of(self%equations%moved(i)) = i
@@ -153,21 +153,25 @@ contains
    end subroutine new_equilibrium
 
    !> Forces, and with `tangent` the matrix.
-   subroutine evaluate(self, tangent, error, stand_in)
+   subroutine evaluate(self, tangent, error, stand_in, stress, scaling)
       class(equilibrium_t), intent(inout) :: self
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: stand_in
-      call self%evaluate_toward(tangent, error, stand_in=stand_in)
+      real(wp), intent(in), optional :: stress(:, :)
+      integer, intent(in), optional :: scaling
+      call self%evaluate_toward(tangent, error, stand_in=stand_in, stress=stress, scaling=scaling)
    end subroutine evaluate
 
    !> The same with the one-sided tangent in a direction of motion, for laws with switches. The one place that calls the elements.
-   subroutine evaluate_toward(self, tangent, error, toward, stand_in)
+   subroutine evaluate_toward(self, tangent, error, toward, stand_in, stress, scaling)
       class(equilibrium_t), intent(inout) :: self
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
-      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
+      real(wp), intent(in), optional :: toward(:, :) !< (n_nodal, nodes) see `assemble`
       real(wp), intent(in), optional :: stand_in
+      real(wp), intent(in), optional :: stress(:, :)
+      integer, intent(in), optional :: scaling
       real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
       real(wp) :: levels(2), part
       integer :: status, bad_element, active
@@ -176,7 +180,7 @@ contains
          if (tangent) then
             self%assemblies = self%assemblies + 1
             call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, self%values, self%entry%energy, &
-                          resultants=self%stress, toward=toward)
+                          resultants=stress, toward=toward)
          else
             self%force_evaluations = self%force_evaluations + 1
             call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, energy=self%entry%energy)
@@ -200,7 +204,8 @@ contains
          self%values = self%values + part*self%ground
       end if
 
-      active = merge(2, 1, self%constant_phase)
+      active = by_load_factor
+      if (present(scaling)) active = scaling
       unit_force = self%external%dead
       out_of_balance = unit_force(:, :, active)
       out_of_balance = 0
@@ -242,11 +247,12 @@ contains
       self%base_entry = self%entry
    end subroutine keep_base
 
-   function balance(self) result(value)
+   function balance(self, scaling) result(value)
       class(equilibrium_t), intent(inout) :: self
+      integer, intent(in) :: scaling
       type(balance_t) :: value
       if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
-         merge(2, 1, self%constant_phase), self%external, self%structure, self%equations, self%assembly, value)
+         scaling, self%external, self%structure, self%equations, self%assembly, value)
    end function balance
 
    !> Factorise the tangent. A singular one is an error that names the node and component where the free motion is largest.
@@ -287,32 +293,35 @@ contains
    end subroutine solve
 
    !> Displacements add, spins turn; held components follow the factor.
-   subroutine move(self, x, factor_change, stress)
+   subroutine move(self, x, factor_change, kind, stress, scaling)
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: x(:), factor_change
-      integer, intent(in), optional :: stress
+      integer, intent(in), optional :: kind
+      real(wp), intent(inout), allocatable, optional :: stress(:, :)
+      integer, intent(in), optional :: scaling
       real(wp), allocatable :: nodal(:, :)
-      integer :: i, node, active, way
+      integer :: i, node, active
 
-      active = merge(2, 1, self%constant_phase)
-      call self%set_factor(self%factor() + factor_change)
-      allocate (nodal(6, size(self%equations%number, 2)))
+      active = by_load_factor
+      if (present(scaling)) active = scaling
+      call set_factor(self%state, active, factor_at(self%state, active) + factor_change)
+      allocate (nodal(n_nodal, size(self%equations%number, 2)))
       call scatter(self%equations, x, nodal)
       do i = 1, size(self%equations%moved)
          node = self%equations%moved(i)
          nodal(:, node) = nodal(:, node) + factor_change*self%equations%motion(:, i, active)
       end do
-      way = stress_own
-      if (present(stress)) way = stress
-      if (way /= stress_own) then
-         if (.not. allocated(self%stress)) allocate (self%stress(n_resultants, self%assembly%elements))
-         call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, way == stress_kept), self%stress)
+      if (present(kind) .and. present(stress)) then
+         if (kind == stress_own .and. allocated(stress)) deallocate (stress)
+         if (kind /= stress_own .and. .not. allocated(stress)) allocate (stress(n_resultants, self%assembly%elements))
+         if (allocated(stress)) &
+            call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, kind == stress_kept), stress)
       end if
       call move_state(self%state, nodal)
       do i = 1, size(self%equations%moved)
          if (.not. self%equations%turned(i)) cycle
          self%state%rotation(:, self%equations%moved(i)) = rotation_vector_to_quaternion( &
-            self%state%load_factor*self%equations%motion(4:6, i, 1) + self%state%constant_factor*self%equations%motion(4:6, i, 2))
+            rotation_at(self%equations, i, self%state))
       end do
    end subroutine move
 
@@ -320,33 +329,26 @@ contains
    subroutine increment(self, x)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: x(:)
-      real(wp), allocatable :: nodal(:, :)
-      integer :: i
-      allocate (nodal(6, size(self%equations%number, 2)))
-      do i = 1, size(nodal, 2)
-         nodal(1:3, i) = self%state%displacement(:, i) - self%base%displacement(:, i)
-         nodal(4:6, i) = quaternion_to_rotation_vector(quaternion_product(self%state%rotation(:, i), &
-                                                                          quaternion_conjugate(self%base%rotation(:, i))))
-      end do
-      call gather(self%equations, nodal, x)
+      call gather(self%equations, motion_between(self%base, self%state), x)
    end subroutine increment
 
-   pure function largest_rotation(self, x, factor_change) result(angle)
+   pure function largest_rotation(self, x, factor_change, scaling) result(angle)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(in) :: x(:), factor_change
+      integer, intent(in) :: scaling
       real(wp) :: angle
       real(wp) :: turn(3)
       integer :: i, k
       angle = 0
       do i = 1, size(self%equations%number, 2)
          turn = 0
-         do k = 1, 3
-            if (self%equations%number(3 + k, i) > 0) turn(k) = x(self%equations%number(3 + k, i))
+         do k = rx, rz
+            if (self%equations%number(k, i) > 0) turn(k - uz) = x(self%equations%number(k, i))
          end do
          angle = max(angle, norm2(turn))
       end do
       do i = 1, size(self%equations%moved)
-         angle = max(angle, norm2(factor_change*self%equations%motion(4:6, i, merge(2, 1, self%constant_phase))))
+         angle = max(angle, norm2(factor_change*self%equations%motion(rx:rz, i, scaling)))
       end do
    end function largest_rotation
 
@@ -356,10 +358,10 @@ contains
       real(wp), intent(out) :: x(:)
       real(wp), intent(out), optional :: added(:)
       real(wp), allocatable :: nodal(:, :)
-      allocate (nodal(6, size(self%state%rotation, 2)))
-      nodal(1:3, :) = self%state%displacement
-      nodal(4:6, :) = 2*self%state%rotation(2:4, :)
-      if (allocated(self%structure%normal)) call add_turns(self%structure%mesh, self%structure%normal, nodal(4:6, :))
+      allocate (nodal(n_nodal, size(self%state%rotation, 2)))
+      nodal(ux:uz, :) = self%state%displacement
+      nodal(rx:rz, :) = 2*self%state%rotation(2:4, :)
+      if (allocated(self%structure%normal)) call add_turns(self%structure%mesh, self%structure%normal, nodal(rx:rz, :))
       call gather(self%equations, nodal, x)
       if (present(added)) call self%solver%magnitude(x, added)
    end subroutine magnitude

@@ -14,8 +14,8 @@ module finshell_ledger
 
    !> What is known of a state.
    type :: entry_t
-      real(wp), allocatable :: unit_force(:, :, :) !< (6, nodes, factors) external force for factors of 1 (finshell_factor)
-      real(wp), allocatable :: bulges(:, :, :) !< (6, nodes, factors) what loads that depend on rotations add to it
+      real(wp), allocatable :: unit_force(:, :, :) !< (n_nodal, nodes, factors) external force for factors of 1 (finshell_factor)
+      real(wp), allocatable :: bulges(:, :, :) !< (n_nodal, nodes, factors) what loads that depend on rotations add to it
       real(wp) :: energy = 0 !< stored, also by what no factor scales
       real(wp) :: reaction = 0 !< of the moved supports, times their motion per factor
    end type entry_t
@@ -27,13 +27,12 @@ contains
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       integer, intent(in) :: active !< factor that changes
-      real(wp), intent(in) :: force(:, :) !< (6, nodes)
+      real(wp), intent(in) :: force(:, :) !< (n_nodal, nodes)
       real(wp) :: product
       integer :: i
       product = 0
       do i = 1, size(equations%moved)
-         product = product + dot_product(motion_at(equations, i, active, state%load_factor, state%constant_factor), &
-                                         force(:, equations%moved(i)))
+         product = product + dot_product(motion_at(equations, i, active, state), force(:, equations%moved(i)))
       end do
    end function motion_times
 

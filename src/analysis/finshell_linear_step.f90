@@ -8,6 +8,7 @@
 !> given to the observer; the state itself stays, so that the next step begins where this one did.
 module finshell_linear_step
    use finshell_kinds, only: wp, dp
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_error, only: error_t, raise, text_of
    use finshell_equations, only: motion_at, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
@@ -54,8 +55,8 @@ contains
    subroutine linear_motion(problem, load_change, constant_change, motion, toward, solutions, error, leading)
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: load_change, constant_change
-      real(wp), allocatable, intent(out) :: motion(:, :) !< (6, nodes)
-      real(wp), allocatable, intent(out) :: toward(:, :) !< (6, nodes) decides which fibres act; unallocated: no law has such fibres
+      real(wp), allocatable, intent(out) :: motion(:, :) !< (n_nodal, nodes)
+      real(wp), allocatable, intent(out) :: toward(:, :) !< (n_nodal, nodes) decides which fibres act; unallocated: no such fibres
       integer, intent(out) :: solutions !< that it took to find them; 0: no law has such fibres
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: leading(:, :)
@@ -106,7 +107,7 @@ contains
 
       pure real(wp) function level(motion)
          real(wp), intent(in) :: motion(:, :)
-         level = max(maxval(abs(motion(1:3, :)))/length, maxval(abs(motion(4:6, :))), tiny(1.0_wp))
+         level = max(maxval(abs(motion(ux:uz, :)))/length, maxval(abs(motion(rx:rz, :))), tiny(1.0_wp))
       end function level
    end function heading
 
@@ -120,9 +121,7 @@ contains
 
       allocate (b(problem%n), source=0.0_wp)
       if (abs(constant_change) > 0) then
-         problem%constant_phase = .true.
-         call problem%evaluate_toward(.true., error, toward)
-         problem%constant_phase = .false.
+         call problem%evaluate_toward(.true., error, toward, scaling=by_constant_factor)
          if (allocated(error)) return
          b = constant_change*problem%rate
       end if
@@ -144,16 +143,14 @@ contains
       allocate (x(problem%n), source=0.0_wp)
       call problem%solve(b, x, error)
       if (allocated(error)) return
-      allocate (motion(6, size(problem%equations%number, 2)))
+      allocate (motion(n_nodal, size(problem%equations%number, 2)))
       call scatter(problem%equations, x, motion)
       call turn_reactions(problem, b, x, motion, error)
       if (allocated(error)) return
       do i = 1, size(problem%equations%moved)
          node = problem%equations%moved(i)
-         associate (e => problem%equations, load_factor => problem%state%load_factor, constant => problem%state%constant_factor)
-            motion(:, node) = motion(:, node) + load_change*motion_at(e, i, 1, load_factor, constant) &
-               + constant_change*motion_at(e, i, 2, load_factor, constant)
-         end associate
+         motion(:, node) = motion(:, node) + load_change*motion_at(problem%equations, i, by_load_factor, problem%state) &
+            + constant_change*motion_at(problem%equations, i, by_constant_factor, problem%state)
       end do
    end subroutine solve_motion
 
@@ -162,16 +159,16 @@ contains
    subroutine turn_reactions(problem, b, x, motion, error)
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: b(:)
-      real(wp), intent(inout) :: x(:), motion(:, :) !< (6, nodes)
+      real(wp), intent(inout) :: x(:), motion(:, :) !< (n_nodal, nodes)
       type(error_t), allocatable, intent(out) :: error
       integer, parameter :: most = 20
       real(wp), allocatable :: moments(:, :), turned(:, :), t(:), y(:)
       integer :: i
       moments = problem%internal_force - problem%bulge_force
       do i = 1, size(moments, 2)
-         if (count(problem%equations%number(4:6, i) > 0) /= 2 .or. any(problem%external%turning_nodes == i)) moments(:, i) = 0
+         if (count(problem%equations%number(rx:rz, i) > 0) /= 2 .or. any(problem%external%turning_nodes == i)) moments(:, i) = 0
       end do
-      if (.not. any(abs(moments(4:6, :)) > 0)) return
+      if (.not. any(abs(moments(rx:rz, :)) > 0)) return
       allocate (t(size(x)), y(size(x)))
       do i = 1, most
          turned = 0*motion

@@ -1,11 +1,13 @@
 !> A load that depends on the state: forces on the nodes of elements, and their derivative. A kind extends `acting_load_t` and says
 !> `evaluate`, and `energy` where it has one; adding it to the equations and its change with a motion are the same for all.
 !>
-!> Loads that depend on displacements only have three rows per node. Those that depend on rotations, too, have six, and moments.
+!> Loads that depend on displacements only have the displacements of the nodes as rows. Those that depend on rotations, too, have
+!> all freedoms, and moments.
 !> Their stiffness is that along exp(spin) R: the part that belongs to the turning of the moments themselves, -spin(m)/2, is left
 !> out.
 module finshell_acting_load
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: n_corners, n_membrane, n_nodal, n_shell, rx, rz
    use finshell_assembly, only: assembly_t, add_element_contributions
    use finshell_equations, only: equations_t
    use finshell_factor, only: by_load_factor, factor_at
@@ -17,7 +19,7 @@ module finshell_acting_load
    public :: acting_load_t, load_item_t, append, positions, displacements_only, with_rotations
 
    !> Rows of an element.
-   integer, parameter :: displacements_only = 9, with_rotations = 18
+   integer, parameter :: displacements_only = n_membrane, with_rotations = n_shell
 
    type, abstract :: acting_load_t
       integer, allocatable :: elements(:) !< through which it acts; one may stand here several times
@@ -60,7 +62,7 @@ contains
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       type(assembly_t), intent(in) :: assembly
-      real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, factors)
+      real(wp), intent(inout) :: unit_force(:, :, :) !< (n_nodal, nodes, factors)
       real(wp), intent(inout), optional :: values(:) !< of the matrix
       real(wp), allocatable :: force(:, :), stiffness(:, :, :)
       real(wp) :: factor
@@ -82,25 +84,26 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
-      real(wp), intent(inout) :: change(:, :) !< (6, nodes) is added to
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) displacements and spins
+      real(wp), intent(inout) :: change(:, :) !< (n_nodal, nodes) is added to
       real(wp), allocatable :: force(:, :), stiffness(:, :, :)
-      real(wp) :: f(6, 3), moments(6, 3), factor
+      real(wp) :: f(n_nodal, n_corners), moments(n_nodal, n_corners), factor
       integer :: i, k, per_node
       factor = factor_at(state, self%scaling)
       if (.not. abs(factor) > 0) return
-      per_node = self%rows/3
+      per_node = self%rows/n_corners
       allocate (force(self%rows, size(self%elements)), stiffness(self%rows, self%rows, size(self%elements)))
       call self%evaluate(structure, equations, state, force, factor, stiffness)
       do i = 1, size(self%elements)
          associate (nodes => structure%mesh%triangles(:, self%elements(i)))
             if (.not. any(abs(motion(:per_node, nodes)) > 0)) cycle
             f = 0
-            f(:per_node, :) = reshape(matmul(stiffness(:, :, i), reshape(motion(:per_node, nodes), [self%rows])), [per_node, 3])
+            f(:per_node, :) = reshape(matmul(stiffness(:, :, i), reshape(motion(:per_node, nodes), [self%rows])), &
+                                      [per_node, n_corners])
             moments = 0
-            moments(:per_node, :) = factor*reshape(force(:, i), [per_node, 3])
-            do k = 1, 3
-               f(4:6, k) = f(4:6, k) - 0.5_wp*cross_product(moments(4:6, k), motion(4:6, nodes(k)))
+            moments(:per_node, :) = factor*reshape(force(:, i), [per_node, n_corners])
+            do k = 1, n_corners
+               f(rx:rz, k) = f(rx:rz, k) - 0.5_wp*cross_product(moments(rx:rz, k), motion(rx:rz, nodes(k)))
                change(:, nodes(k)) = change(:, nodes(k)) + f(:, k)
             end do
          end associate

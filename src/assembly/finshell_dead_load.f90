@@ -4,6 +4,7 @@
 !> of its nodes, half of an edge's.
 module finshell_dead_load
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: rx, rz, ux, uz
    use finshell_error, only: error_t
    use finshell_load, only: load_t, load_gravity
    use finshell_loaded_set, only: loaded_nodes, loaded_elements, mass_per_area
@@ -20,7 +21,7 @@ contains
    subroutine add_nodal(load, structure, dead, error)
       type(load_t), intent(in) :: load
       type(structure_t), intent(in) :: structure
-      real(wp), intent(inout) :: dead(:, :, :) !< (6, nodes, factors)
+      real(wp), intent(inout) :: dead(:, :, :) !< (n_nodal, nodes, factors)
       type(error_t), allocatable, intent(inout) :: error
       integer, allocatable :: nodes(:)
       real(wp) :: share
@@ -31,8 +32,8 @@ contains
       if (load%total) share = 1.0_wp/size(nodes)
       do i = 1, size(nodes)
          associate (force => dead(:, nodes(i), load%scaling))
-            force(1:3) = force(1:3) + share*load%vector
-            force(4:6) = force(4:6) + share*load%moment
+            force(ux:uz) = force(ux:uz) + share*load%vector
+            force(rx:rz) = force(rx:rz) + share*load%moment
          end associate
       end do
    end subroutine add_nodal
@@ -48,7 +49,7 @@ contains
       do i = 1, size(edges, 2)
          length = norm2(mesh%coordinates(:, edges(2, i)) - mesh%coordinates(:, edges(1, i)))
          do k = 1, 2
-            associate (force => dead(1:3, edges(k, i), load%scaling))
+            associate (force => dead(ux:uz, edges(k, i), load%scaling))
                force = force + 0.5_wp*length*load%vector
             end associate
          end do
@@ -75,7 +76,7 @@ contains
             area = 0.5_wp*norm2(cross_product(x(:, nodes(2)) - x(:, nodes(1)), x(:, nodes(3)) - x(:, nodes(1))))
             if (allocated(mass)) per_area = mass(i)*load%vector
             do k = 1, 3
-               associate (force => dead(1:3, nodes(k), load%scaling))
+               associate (force => dead(ux:uz, nodes(k), load%scaling))
                   force = force + area/3*per_area
                end associate
             end do

@@ -3,6 +3,7 @@
 !> `new_external` is the table of kinds: what the input states becomes nodal forces, or items of the list, or both.
 module finshell_external
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_acting_load, only: load_item_t, displacements_only, with_rotations
    use finshell_assembly, only: assembly_t
    use finshell_centrifugal, only: add_centrifugal
@@ -25,14 +26,14 @@ module finshell_external
    public :: external_t, springs_t, new_external
    public :: displacements_only, with_rotations
 
-   !> Elements and minus the derivative of the forces that springs exert on their nodes, (9, 9, elements).
+   !> Elements and minus the derivative of the forces that springs exert on their nodes, (n_membrane, n_membrane, elements).
    type :: springs_t
       integer, allocatable :: elements(:)
       real(wp), allocatable :: stiffness(:, :, :)
    end type springs_t
 
    type :: external_t
-      real(wp), allocatable :: dead(:, :, :) !< (6, nodes, factors) forces and moments; finshell_factor; unscaled if any are
+      real(wp), allocatable :: dead(:, :, :) !< (n_nodal, nodes, factors) forces and moments; finshell_factor; unscaled if any are
       type(load_item_t), allocatable :: list(:)
       type(load_item_t), allocatable :: own(:) !< the same through the elements of this member of a team; unallocated: no team
       type(pressed_region_t), allocatable :: pressures(:) !< where uniform pressures act
@@ -65,7 +66,7 @@ contains
 
       allocate (loads(0), self%list(0))
       if (allocated(structure%loads)) loads = structure%loads
-      allocate (self%dead(6, size(structure%mesh%coordinates, 2), by_constant_factor), source=0.0_wp)
+      allocate (self%dead(n_nodal, size(structure%mesh%coordinates, 2), by_constant_factor), source=0.0_wp)
       allocate (self%pressures(count(loads%kind == load_pressure)))
       pressures = 0
       do i = 1, size(loads)
@@ -96,7 +97,7 @@ contains
       do i = 1, size(self%list)
          self%symmetric = self%symmetric .and. self%list(i)%load%symmetric
       end do
-      if (any(scalings(self) == unscaled)) self%dead = reshape(self%dead, [6, size(self%dead, 2), unscaled], [0.0_wp])
+      if (any(scalings(self) == unscaled)) self%dead = reshape(self%dead, [n_nodal, size(self%dead, 2), unscaled], [0.0_wp])
       if (present(own)) call keep_own(self, own, size(structure%mesh%triangles, 2))
    end subroutine new_external
 
@@ -130,7 +131,7 @@ contains
       integer :: e, i, k, node
       allocate (at(size(mesh%coordinates, 2)), source=0)
       do i = 1, size(at)
-         if (any(abs(self%dead(4:6, i, :)) > 0) .and. count(equations%number(4:6, i) > 0) >= 2) at(i) = 1
+         if (any(abs(self%dead(rx:rz, i, :)) > 0) .and. count(equations%number(rx:rz, i) > 0) >= 2) at(i) = 1
       end do
       self%turning_nodes = pack([(i, i=1, size(at))], at > 0)
       allocate (self%turning_elements(size(self%turning_nodes)), self%turning_corners(size(self%turning_nodes)), source=0)
@@ -167,7 +168,7 @@ contains
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       type(assembly_t), intent(in) :: assembly
-      real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, factors)
+      real(wp), intent(inout) :: unit_force(:, :, :) !< (n_nodal, nodes, factors)
       real(wp), intent(inout), optional :: values(:)
       if (allocated(self%own)) then
          call add_of(self%own)
@@ -193,8 +194,8 @@ contains
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       type(assembly_t), intent(in) :: assembly
-      real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, factors) of those that depend on displacements only
-      real(wp), intent(inout) :: bulges(:, :, :) !< (6, nodes, factors) of those that depend on rotations, too
+      real(wp), intent(inout) :: unit_force(:, :, :) !< (n_nodal, nodes, factors) of those that depend on displacements only
+      real(wp), intent(inout) :: bulges(:, :, :) !< (n_nodal, nodes, factors) of those that depend on rotations, too
       real(wp), intent(inout), optional :: values(:)
       call self%add(displacements_only, structure, equations, state, assembly, unit_force, values)
       call self%add(with_rotations, structure, equations, state, assembly, bulges, values)
@@ -206,8 +207,8 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
-      real(wp), intent(inout) :: change(:, :) !< (6, nodes)
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) displacements and spins
+      real(wp), intent(inout) :: change(:, :) !< (n_nodal, nodes)
       integer :: i
       do i = 1, size(self%list)
          call self%list(i)%load%add_change(structure, equations, state, motion, change)
@@ -220,14 +221,14 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(in), optional :: motion(:, :) !< (6, nodes)
+      real(wp), intent(in), optional :: motion(:, :) !< (n_nodal, nodes)
       real(wp) :: energy
       type(state_t) :: moved
       integer :: i
       energy = 0
       if (size(self%dead, 3) < unscaled) return
       moved = state
-      if (present(motion)) moved%displacement = moved%displacement + motion(1:3, :)
+      if (present(motion)) moved%displacement = moved%displacement + motion(ux:uz, :)
       do i = 1, size(self%list)
          if (self%list(i)%load%scaling /= unscaled) cycle
          energy = energy + self%list(i)%load%energy(structure, equations, moved)

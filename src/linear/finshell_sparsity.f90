@@ -4,6 +4,7 @@
 !> come out ascending because equations are visited in ascending order and each one is appended to the columns it meets.
 module finshell_sparsity
    use finshell_kinds, only: dp, i4
+   use finshell_freedoms, only: n_corners, n_nodal
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_invalid_argument
    use finshell_team, only: add_up, team_t
@@ -64,7 +65,7 @@ contains
    subroutine new_sparsity(pattern, triangles, eq, symmetric, error, team)
       type(sparsity_t), intent(out) :: pattern
       integer, intent(in) :: triangles(:, :) !< (3, elements) node numbers; those of this member of the team
-      integer, intent(in) :: eq(:, :) !< (6, nodes) equation numbers, 0 = constrained
+      integer, intent(in) :: eq(:, :) !< (n_nodal, nodes) equation numbers, 0 = constrained
       logical, intent(in) :: symmetric !< store the lower triangle only
       type(error_t), allocatable, intent(out) :: error
       class(team_t), pointer, intent(in), optional :: team
@@ -104,7 +105,7 @@ contains
             do h = home_first(r), home_first(r + 1) - 1
                node = home(h)
                do k = neighbour_first(node), neighbour_first(node + 1) - 1
-                  do i = 1, 6
+                  do i = 1, n_nodal
                      c = eq(i, neighbour(k))
                      if (c == 0) cycle
                      if (symmetric .and. c > r) cycle
@@ -226,8 +227,9 @@ contains
       integer :: i, j, e, k
 
       n = 0
-      if (size(triangles, 1) /= 3 .or. size(eq, 1) /= 6) then
-         call raise(error, status_invalid_argument, 'connectivity must have 3 rows and equation numbers 6')
+      if (size(triangles, 1) /= n_corners .or. size(eq, 1) /= n_nodal) then
+         call raise(error, status_invalid_argument, 'connectivity must have '//text_of(n_corners)//' rows and equation numbers ' &
+            //text_of(n_nodal))
          return
       end if
       if (size(triangles) > 0) then
@@ -239,7 +241,7 @@ contains
       if (size(eq) > 0) n = max(0, maxval(eq))
       allocate (used(n), source=.false.)
       do j = 1, size(eq, 2)
-         do i = 1, 6
+         do i = 1, n_nodal
             if (eq(i, j) < 0) then
                call raise(error, status_invalid_argument, 'node '//text_of(j)//' has a negative equation number')
                return
@@ -254,7 +256,7 @@ contains
       allocate (seen(n), source=0)
       do e = 1, size(triangles, 2)
          do k = 1, 3
-            do i = 1, 6
+            do i = 1, n_nodal
                j = eq(i, triangles(k, e))
                if (j == 0) cycle
                if (seen(j) == e) then
@@ -334,7 +336,7 @@ contains
 
       allocate (fill(n), source=0)
       do j = 1, size(eq, 2)
-         do i = 1, 6
+         do i = 1, n_nodal
             if (eq(i, j) > 0) fill(eq(i, j)) = fill(eq(i, j)) + 1
          end do
       end do
@@ -343,7 +345,7 @@ contains
       allocate (home(total))
       fill = first(:n)
       do j = 1, size(eq, 2)
-         do i = 1, 6
+         do i = 1, n_nodal
             if (eq(i, j) == 0) cycle
             home(fill(eq(i, j))) = j
             fill(eq(i, j)) = fill(eq(i, j)) + 1
