@@ -16,7 +16,7 @@ module finshell_equilibrium
    use finshell_normals, only: add_turns
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_equations, only: equations_t, new_equations, gather, scatter, rotation_at
+   use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, rotation_at
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, set_factor, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
@@ -102,11 +102,8 @@ contains
       if (allocated(error)) return
       if (present(team)) self%team => team
       call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
-      if (shared(self%team)) then
-         call new_external(self%external, structure, self%equations, error, self%own_elements)
-      else
-         call new_external(self%external, structure, self%equations, error)
-      end if
+      call new_external(self%external, structure, self%equations, error)
+      if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2))
       if (allocated(error)) return
       call check_mechanism(structure%mesh, self%equations, error, self%external%springs(structure, self%equations))
       if (allocated(error)) return
@@ -337,19 +334,7 @@ contains
       real(wp), intent(in) :: x(:), factor_change
       integer, intent(in) :: scaling
       real(wp) :: angle
-      real(wp) :: turn(3)
-      integer :: i, k
-      angle = 0
-      do i = 1, size(self%equations%number, 2)
-         turn = 0
-         do k = rx, rz
-            if (self%equations%number(k, i) > 0) turn(k - uz) = x(self%equations%number(k, i))
-         end do
-         angle = max(angle, norm2(turn))
-      end do
-      do i = 1, size(self%equations%moved)
-         angle = max(angle, norm2(factor_change*self%equations%motion(rx:rz, i, scaling)))
-      end do
+      angle = largest_turn(self%equations, x, factor_change, scaling)
    end function largest_rotation
 
    !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.

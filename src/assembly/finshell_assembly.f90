@@ -22,7 +22,7 @@ module finshell_assembly
    private
    public :: assembly_t, new_assembly, assemble, predict_stress, add_element_contributions, paying_threads
 
-   !> Elements are kept in the order of their patches: "slot" s holds element `patches%element(s)`; a member of a team keeps its own.
+   !> Elements are kept in the order of their patches: "slot" s holds element `patches%element(s)`. Others are with other members.
    type :: assembly_t
       private
       integer, public :: elements = 0, nodes = 0, entries = 0

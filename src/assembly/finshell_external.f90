@@ -43,6 +43,7 @@ module finshell_external
       logical :: symmetric = .true. !< all load stiffnesses are symmetric
       logical :: has_constants = .false.
    contains
+      procedure :: keep_own
       procedure :: any_with
       procedure :: add
       procedure :: add_all
@@ -54,12 +55,11 @@ module finshell_external
 contains
 
    !> Sum up the loads of a structure. Errors: unknown set, no density, unknown kind.
-   subroutine new_external(self, structure, equations, error, own)
+   subroutine new_external(self, structure, equations, error)
       type(external_t), intent(out) :: self
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(error_t), allocatable, intent(out) :: error
-      integer, intent(in), optional :: own(:) !< elements of this member of a team
       type(load_t), allocatable :: loads(:)
       integer, allocatable :: edges(:, :)
       integer :: i, pressures
@@ -98,12 +98,12 @@ contains
          self%symmetric = self%symmetric .and. self%list(i)%load%symmetric
       end do
       if (any(scalings(self) == unscaled)) self%dead = reshape(self%dead, [n_nodal, size(self%dead, 2), unscaled], [0.0_wp])
-      if (present(own)) call keep_own(self, own, size(structure%mesh%triangles, 2))
    end subroutine new_external
 
+   !> Let a member of a team act through its own elements only.
    subroutine keep_own(self, own, elements)
-      type(external_t), intent(inout) :: self
-      integer, intent(in) :: own(:), elements
+      class(external_t), intent(inout) :: self
+      integer, intent(in) :: own(:), elements !< element numbers; how many there are in all
       logical, allocatable :: mine(:)
       integer :: i
       allocate (mine(elements), source=.false.)
