@@ -203,15 +203,12 @@ contains
 
       active = by_load_factor
       if (present(scaling)) active = scaling
-      unit_force = self%external%dead
-      out_of_balance = unit_force(:, :, active)
-      out_of_balance = 0
-      bulges = 0*unit_force
+      allocate (out_of_balance(n_nodal, size(self%internal_force, 2)), source=0.0_wp)
       associate (loads => self%external, s => self%structure, e => self%equations)
          if (tangent) then
-            call loads%add_all(s, e, self%state, self%assembly, unit_force, bulges, self%values)
+            call loads%evaluate(s, e, self%state, self%assembly, unit_force, bulges, self%values)
          else
-            call loads%add_all(s, e, self%state, self%assembly, unit_force, bulges)
+            call loads%evaluate(s, e, self%state, self%assembly, unit_force, bulges)
          end if
          self%entry%energy = self%entry%energy + loads%standing_energy(s, e, self%state)
       end associate

@@ -3,7 +3,8 @@ module finshell_ledger
    use finshell_kinds, only: wp
    use finshell_state, only: state_t
    use finshell_equations, only: equations_t, motion_at
-   use finshell_external, only: external_t, displacements_only, with_rotations
+   use finshell_external, only: external_t, on_nothing, displacements_only, with_rotations
+   use finshell_freedoms, only: n_nodal
    use finshell_factor, only: by_load_factor, by_constant_factor
    use finshell_assembly, only: assembly_t
    use finshell_balance, only: balance_t, work_along
@@ -52,7 +53,8 @@ contains
       real(wp) :: way(2), before(2), after(2)
       integer :: i
 
-      mean = loads%dead
+      allocate (mean(n_nodal, size(state%displacement, 2), loads%factors), source=0.0_wp)
+      call loads%add(on_nothing, structure, equations, state, assembly, mean)
       if (loads%any_with(displacements_only)) then
          middle = state
          middle%displacement = 0.5_wp*(base%displacement + state%displacement)

@@ -195,11 +195,9 @@ contains
                                problem%state, change%motion, problem%internal_force, change%toward)
       call turn_moments(before, change%motion, problem%internal_force)
       change%energy = 0.5_wp*sum((before + problem%internal_force)*change%motion)
-      unit_force = problem%external%dead
-      bulges = 0*unit_force
       associate (loads => problem%external, structure => problem%structure, equations => problem%equations, state => problem%state)
          change%energy = change%energy + loads%standing_energy(structure, equations, state, change%motion)
-         call loads%add_all(structure, equations, state, problem%assembly, unit_force, bulges)
+         call loads%evaluate(structure, equations, state, problem%assembly, unit_force, bulges)
          problem%external_force = problem%external_force + load_change*unit_force(:, :, by_load_factor) &
             + constant_change*unit_force(:, :, by_constant_factor) &
             + load_change*bulges(:, :, by_load_factor) + constant_change*bulges(:, :, by_constant_factor)

@@ -1,5 +1,5 @@
-!> A load that depends on the state: forces on the nodes of elements, and their derivative. A kind extends `acting_load_t` and says
-!> `evaluate`, and `energy` where it has one; adding it to the equations and its change with a motion are the same for all.
+!> A load: forces on the nodes of elements, and their derivative. A kind extends `acting_load_t` and says `evaluate`, and `energy`
+!> where it has one; adding it to the equations and its change with a motion are the same for all that act through elements.
 !>
 !> Loads that depend on displacements only have the displacements of the nodes as rows. Those that depend on rotations, too, have
 !> all freedoms, and moments.
@@ -16,14 +16,15 @@ module finshell_acting_load
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: acting_load_t, load_item_t, append, positions, displacements_only, with_rotations
+   public :: acting_load_t, load_item_t, append, positions, on_nothing, displacements_only, with_rotations
 
-   !> Rows of an element.
-   integer, parameter :: displacements_only = n_membrane, with_rotations = n_shell
+   !> What a load depends on: as many rows of an element.
+   integer, parameter :: on_nothing = 0, displacements_only = n_membrane, with_rotations = n_shell
 
    type, abstract :: acting_load_t
       integer, allocatable :: elements(:) !< through which it acts; one may stand here several times
       integer :: rows = displacements_only
+      real(wp), allocatable :: nodal(:, :) !< (n_nodal, nodes) forces that depend on nothing, beside those; unallocated: none
       integer :: scaling = by_load_factor !< see finshell_factor
       logical :: symmetric = .true. !< the stiffness is symmetric when assembled, for what supports leave free
       logical :: has_energy = .false. !< `energy` is the potential of all its forces
@@ -66,6 +67,8 @@ contains
       real(wp), intent(inout), optional :: values(:) !< of the matrix
       real(wp), allocatable :: force(:, :), stiffness(:, :, :)
       real(wp) :: factor
+      if (allocated(self%nodal)) unit_force(:, :, self%scaling) = unit_force(:, :, self%scaling) + self%nodal
+      if (self%rows == on_nothing) return ! all members of a team go on, also those without an element
       allocate (force(self%rows, size(self%elements)))
       factor = factor_at(state, self%scaling)
       if (present(values) .and. abs(factor) > 0) then
@@ -90,7 +93,7 @@ contains
       real(wp) :: f(n_nodal, n_corners), moments(n_nodal, n_corners), factor
       integer :: i, k, per_node
       factor = factor_at(state, self%scaling)
-      if (.not. abs(factor) > 0) return
+      if (.not. abs(factor) > 0 .or. size(self%elements) == 0) return
       per_node = self%rows/n_corners
       allocate (force(self%rows, size(self%elements)), stiffness(self%rows, self%rows, size(self%elements)))
       call self%evaluate(structure, equations, state, force, factor, stiffness)
