@@ -23,10 +23,12 @@ test: ## Build and run all tests
 	@$(MAKE) --no-print-directory configure compile
 	ctest --preset $(PRESET) -j $(JOBS)
 
-test-extremes: ## Double against quadruple precision on some 100 000 random elements (minutes; part of `make test` on a few)
+test-extremes: ## All extremes: 100 000 random elements in quadruple precision, structures, damaged inputs; writes doc/extremes.md (an hour)
 	@tools/install_dependencies build test
 	@$(MAKE) --no-print-directory configure compile
-	FINSHELL_PRECISION_BLOCKS=$${FINSHELL_PRECISION_BLOCKS:-400} ctest --preset $(PRESET) -R '^precision\.' -V
+	FINSHELL_PRECISION_BLOCKS=$${FINSHELL_PRECISION_BLOCKS:-400} FINSHELL_FUZZ=$${FINSHELL_FUZZ:-5000} ctest --preset $(PRESET) -R '^(precision|fuzz)\.|capi_fuzz' -V --timeout 3600
+	FINSHELL_BIN=$(CURDIR)/build/bin/finshell FINSHELL_BINARY_DIR=$(CURDIR)/$(BUILD) FINSHELL_SOURCE_DIR=$(CURDIR) \
+	  $(VENV)/bin/python test/extremes/test_extremes.py --all --page doc/extremes.md
 
 build: ## Build everything: build/bin, build/lib
 	@tools/install_dependencies build

@@ -14,15 +14,18 @@ module finshell_mesh_check
    real(wp), parameter :: coincidence = 1.0e-9_wp
    !> A triangle whose height over its longest side is below this fraction of that side is degenerate.
    real(wp), parameter :: flatness = 1.0e-8_wp
+   !> Elements refuse triangles with a longest side beyond this, or below its inverse (finshell_triangle).
+   real(wp), parameter :: longest_side = 1.0e60_wp
 
 contains
 
    !> Refuse a mesh that cannot be computed on; the message names the nodes and elements concerned.
    !>
-   !> Found: no nodes or elements; a node number out of range; a coordinate that is not a number; a degenerate triangle; a node
-   !> without element; two nodes at one place (unless mesh%coincident_nodes_allowed); an edge of more than two triangles;
-   !> neighbours with opposite normals; two elements of the same nodes; an empty set or a member out of range; a pair of nodes in
-   !> an edge set that is no edge of an element, or that is there twice.
+   !> Found: no nodes or elements; a node number out of range; a coordinate that is not a number; a degenerate triangle, or one
+   !> of a size that cannot be computed with; a node without element; two nodes at one place (unless
+   !> mesh%coincident_nodes_allowed); an edge of more than two triangles; neighbours with opposite normals; two elements of the same
+   !> nodes; an empty set or a member out of range; a pair of nodes in an edge set that is no edge of an element, or that is there
+   !> twice.
    pure subroutine check_mesh(mesh, error)
       type(mesh_t), intent(in) :: mesh
       type(error_t), allocatable, intent(out) :: error
@@ -73,6 +76,11 @@ contains
          do k = 1, 3
             longest = max(longest, norm2(mesh%coordinates(:, t(mod(k, 3) + 1)) - mesh%coordinates(:, t(k))))
          end do
+         if (longest >= longest_side .or. (longest > 0 .and. longest <= 1/longest_side)) then
+            call raise(error, status_degenerate_reference, 'mesh: the longest side of '//element_text(mesh, e)//' measures ' &
+               //text_of(real(longest, dp))//'; more than 1e-60 and less than 1e60 is expected: take another unit of length')
+            return
+         end if
          if (norm2(twice_area_vector(mesh, e)) > flatness*longest**2) cycle
          call raise(error, status_degenerate_reference, 'mesh: '//element_text(mesh, e)//' (nodes '//text_of(t(1))//', ' &
             //text_of(t(2))//', '//text_of(t(3))//') is degenerate: its nodes coincide or lie on a line')

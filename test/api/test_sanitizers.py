@@ -17,7 +17,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import installed  # noqa: E402
 
 PROGRAMS = (("test_capi_errors", ()), ("test_capi_elements", ()), ("test_capi_physics", ()), ("test_capi_pressure", ()),
-            ("test_capi_batch", ("9",)))  # a few elements are enough
+            ("test_capi_batch", ("9",)), ("test_capi_fuzz", ("300",)))  # a few elements are enough
 
 
 def build(name, flags):

@@ -22,6 +22,7 @@ program precision_sample
    integer, parameter :: n = 8, longest = 16
    integer(int64) :: seed
    integer, parameter :: shell = 0, wrinkling = 2
+   character(len=64), parameter :: no_axis = '' !< see precision_axes
    integer(i4) :: kind
    integer :: blocks, file
    character(len=32), allocatable :: names(:)
@@ -104,7 +105,7 @@ contains
          call new_section(section, law, thickness, error, formulation=int(formulation), membrane=kind > shell, &
                           wrinkling=kind == wrinkling)
          if (allocated(error)) error stop 'precision_sample: section'
-         write (file) law_name, used, keys, all_values, thickness, formulation, convention, kind
+         write (file) no_axis, 0.0_wp, law_name, used, keys, all_values, thickness, formulation, convention, kind
          if (section%membrane) then
             call block_of_membranes(section)
          else

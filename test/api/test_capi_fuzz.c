@@ -1,0 +1,146 @@
+/* Random arguments: sizes, options, states, missing arrays, numbers that are none. Never a crash; a code and a sentence, or results
+ * that are finite; what stands behind an array is left alone. */
+#define _POSIX_C_SOURCE 200809L
+#include "check.h"
+
+enum { MOST = 9, GUARD = 4 };
+static const double guard = -7.25;
+static uint64_t seed = 2026;
+
+static uint32_t draw(uint32_t n) /* 0 .. n - 1 */
+{
+   seed = seed * 6364136223846793005u + 1442695040888963407u;
+   return (uint32_t)(seed >> 33) % n;
+}
+
+static double odd_number(void)
+{
+   static const double odd[] = {0, -0.0, 1, -1, 3, 1e-300, 5e-324, 1e-30, 1e30, 1e160, 1.7e308, -1.7e308, NAN, INFINITY, -INFINITY};
+   return odd[draw(sizeof odd / sizeof *odd)];
+}
+
+/* Mostly a sensible number near 1. */
+static double number(void)
+{
+   return draw(200) ? draw(2001) * 1e-3 - 1 : odd_number();
+}
+
+static double *filled(int n)
+{
+   double *a = malloc((n + GUARD) * sizeof *a);
+   for (int i = 0; i < n; i++) a[i] = number();
+   for (int i = n; i < n + GUARD; i++) a[i] = guard;
+   return a;
+}
+
+/* Outputs: the guard is whole, and what belongs to elements with code 0 is finite. */
+static void sound(const double *a, int n, int each, const int32_t *codes, int32_t code)
+{
+   if (!a) return;
+   for (int i = 0; i < GUARD; i++) CHECK(a[n * each + i] == guard);
+   for (int e = 0; e < n; e++) {
+      if (code < 0 || codes[e]) continue;
+      for (int i = 0; i < each; i++) CHECK(isfinite(a[e * each + i]));
+   }
+}
+
+static finshell_section *any_section(void)
+{
+   finshell_section *section = NULL;
+   finshell_status status = {0};
+   char law[64];
+   finshell_parameter parameter;
+   const char *names[8], *options[3];
+   static const char *known[] = {"membrane", "wrinkling", "slack", "formulation", "arc", "beta0", "offset", "thickness_points", "angle", "nothing"};
+   static char text[8][32];
+   double values[8], chosen[3];
+   int32_t count, parameters;
+   finshell_material_name((int32_t)draw(finshell_material_count()), law, sizeof law, NULL);
+   parameters = count = finshell_material_parameter_count(law, NULL);
+   if (count > 8) count = 8;
+   for (int i = 0; i < count; i++) {
+      finshell_material_parameter(law, i, &parameter, NULL);
+      memcpy(text[i], parameter.name, sizeof text[i]);
+      names[i] = text[i];
+      values[i] = draw(30) ? parameter.example : odd_number();
+   }
+   for (int i = 0; i < 3; i++) {
+      options[i] = known[draw(sizeof known / sizeof *known)];
+      chosen[i] = draw(3) ? draw(3) : number();
+   }
+   (void)parameters;
+   int32_t code = finshell_section_create(law, draw(30) ? count : (int32_t)draw(3) - 1, names, values, draw(30) ? 0.02 : odd_number(), (int32_t)draw(4), options, chosen,
+                                          &section, &status);
+   CHECK((code == 0) == (section != NULL));
+   if (code) CHECK(status.message[0] != 0);
+   return section;
+}
+
+static double *maybe(double *a)
+{
+   if (draw(12)) return a;
+   free(a);
+   return NULL;
+}
+
+static void one_call(void)
+{
+   finshell_section *section = any_section();
+   finshell_status status = {0};
+   int32_t n = draw(20) ? (int32_t)draw(MOST) : -(int32_t)draw(3), m = n > 0 ? n : 0, code, codes[MOST] = {0};
+   int freedoms = section ? finshell_section_freedoms(section, NULL) : 18;
+   int32_t convention = draw(20) ? (int32_t)draw(4) : (int32_t)draw(100) - 50;
+   double *X = maybe(filled(9 * MOST)), *u = maybe(filled(9 * MOST)), *rotations = maybe(filled(12 * MOST)), *state = draw(2) ? filled(12 * MOST) : NULL;
+   double *direction = draw(2) ? filled(3 * MOST) : NULL, *normals = draw(2) ? filled(9 * MOST) : NULL;
+   double *energy = maybe(filled(m)), *force = maybe(filled(freedoms * m)), *tangent = maybe(filled(freedoms * freedoms * m));
+   finshell_elements elements = {0};
+   elements.size = draw(20) ? sizeof elements : draw(200);
+   elements.n = n;
+   elements.X = X;
+   elements.u = u;
+   elements.rotations = rotations;
+   elements.convention = convention;
+   elements.state = state;
+   elements.direction = direction;
+   elements.normals = normals;
+   elements.threads = draw(20) ? 1 : (int32_t)draw(5) - 2;
+   code = finshell_elements_evaluate(section, &elements, energy, force, tangent, codes, &status);
+   if (code < 0) CHECK(status.message[0] != 0);
+   sound(energy, m, 1, codes, code);
+   sound(force, m, freedoms, codes, code);
+   sound(tangent, m, freedoms * freedoms, codes, code);
+
+   double *stretch = maybe(filled(m)), *membrane_force = maybe(filled(3 * m)), *moment = maybe(filled(3 * m));
+   code = finshell_elements_recover(section, &elements, stretch, membrane_force, moment, NULL, codes, &status);
+   sound(stretch, m, 1, codes, code);
+   sound(membrane_force, m, 3, codes, code);
+   sound(moment, m, 3, codes, code);
+
+   double *pressure = maybe(filled(MOST)), *origin = draw(2) ? filled(3) : NULL;
+   double *load = maybe(filled(18 * m)), *stiffness = maybe(filled(324 * m)), *volume = maybe(filled(m));
+   code = finshell_elements_pressure(&elements, pressure, draw(20) ? (int32_t)draw(2) : (int32_t)draw(9) - 4, origin, volume, load, stiffness, codes, &status);
+   sound(volume, m, 1, codes, code);
+   sound(load, m, 18, codes, code);
+   sound(stiffness, m, 324, codes, code);
+
+   double *quaternion = filled(4 * m), *matrix = filled(9 * m);
+   code = finshell_rotation_exp(n, rotations, quaternion, codes, &status);
+   sound(quaternion, m, 4, codes, code);
+   code = finshell_rotation_tangent(n, rotations, matrix, codes, &status);
+   sound(matrix, m, 9, codes, code);
+   code = finshell_rotation_matrix(n, rotations, matrix, codes, &status);
+   sound(matrix, m, 9, codes, code);
+
+   double *all[] = {X, u, rotations, state, direction, normals, energy, force, tangent, stretch, membrane_force, moment, pressure, origin, load, stiffness, volume,
+                    quaternion, matrix};
+   for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]);
+   finshell_section_destroy(section);
+}
+
+int main(int arguments, char **argument)
+{
+   int calls = arguments > 1 ? atoi(argument[1]) : 3000;
+   silence();
+   for (int i = 0; i < calls; i++) one_call();
+   return finish();
+}
