@@ -20,6 +20,7 @@ module finshell_buckling
    use finshell_state, only: linear_change_t
    use finshell_status, only: status_invalid_argument, status_not_converged, status_singular_matrix
    use finshell_step, only: step_t, control_buckling
+   use finshell_team, only: largest_of, shared
    implicit none
    private
    public :: solve_buckling, buckling_matrices
@@ -128,9 +129,16 @@ contains
       real(dp) :: difference
       integer :: i, j, p, lower, upper
 
-      call new_sparsity(pencil%pattern, problem%structure%mesh%triangles, problem%equations%number, .true., error)
-      if (allocated(error) .or. problem%external%symmetric) return
-      call new_sparsity(full, problem%structure%mesh%triangles, problem%equations%number, .false., error)
+      associate (triangles => problem%structure%mesh%triangles(:, problem%own_elements))
+         call new_sparsity(pencil%pattern, triangles, problem%equations%number, .true., error, problem%team)
+         if (allocated(error) .or. problem%external%symmetric) return
+         if (shared(problem%team)) then
+            call raise(error, status_invalid_argument, 'buckling under pressures whose edges slide in planes runs on one process ' &
+               //'only: take finshell instead of finshell_mpi')
+            return
+         end if
+         call new_sparsity(full, triangles, problem%equations%number, .false., error)
+      end associate
       if (allocated(error)) return
       allocate (k(pencil%pattern%entries()), g(pencil%pattern%entries()))
       difference = 0
@@ -166,7 +174,7 @@ contains
       !> One lies on either side of a shift this close to a factor.
       real(dp), parameter :: aside = 1.0e-5_dp
       integer, parameter :: most_attempts = 3
-      real(dp) :: least
+      real(dp) :: least, largest(1)
       integer, allocatable :: kept(:)
       integer :: attempt, i, more, below, lost
 
@@ -180,7 +188,9 @@ contains
                //' negative pivots): the state is unstable already')
             return
          end if
-         if (.not. any(abs(pencil%geometric) > 0)) then
+         largest = maxval(abs(pencil%geometric))
+         call largest_of(pencil%pattern%team, largest)
+         if (.not. largest(1) > 0) then
             call raise(error, status_not_converged, 'buckling: the load causes no stress that could make the structure buckle')
             return
          end if

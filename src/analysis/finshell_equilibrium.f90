@@ -16,7 +16,7 @@ module finshell_equilibrium
    use finshell_normals, only: add_turns
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_equations, only: equations_t, new_equations, gather, scatter, rotation_at
+   use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, rotation_at
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, set_factor, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
@@ -33,6 +33,7 @@ module finshell_equilibrium
    use finshell_volume, only: volume_t, new_volume
    use finshell_ground, only: is_soft, ground_stiffness, lumped_weight
    use finshell_element_limit, only: element_trouble
+   use finshell_team, only: leads, own_elements, shared, team_t
    implicit none
    private
    public :: equilibrium_t, new_equilibrium
@@ -53,6 +54,8 @@ module finshell_equilibrium
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
       integer :: assemblies = 0, force_evaluations = 0
       type(assembly_t) :: assembly
+      class(team_t), pointer :: team => null() !< processes that share the work
+      integer, allocatable :: own_elements(:) !< of this process
       real(wp), allocatable :: values(:) !< of the matrix, left by `evaluate`
       integer, allocatable :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
       real(wp), allocatable, private :: ground(:) !< values of the stand-in of a soft structure, once it was needed
@@ -81,10 +84,11 @@ contains
 
    !> Number the unknowns, sum up the loads, analyse the matrix; the state is the unloaded one.
    !> Errors: what is wrong with supports or loads; a free rigid-body motion, named.
-   subroutine new_equilibrium(self, structure, error)
+   subroutine new_equilibrium(self, structure, error, team)
       type(equilibrium_t), intent(inout) :: self
       type(structure_t), intent(in), target :: structure !< is referred to, not copied
       type(error_t), allocatable, intent(out) :: error
+      class(team_t), pointer, intent(in), optional :: team !< each member calls with the same structure
       type(sparsity_t) :: pattern
       integer :: nodes, i
 
@@ -96,15 +100,19 @@ contains
       end if
       call new_equations(self%equations, structure%mesh, structure%supports, error, turning_nodes(structure))
       if (allocated(error)) return
+      if (present(team)) self%team => team
+      call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
       call new_external(self%external, structure, self%equations, error)
+      if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2))
       if (allocated(error)) return
       call check_mechanism(structure%mesh, self%equations, error, self%external%springs(structure, self%equations))
       if (allocated(error)) return
-      call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
+      call new_sparsity(pattern, structure%mesh%triangles(:, self%own_elements), self%equations%number, self%external%symmetric, &
+         error, self%team)
       if (allocated(error)) return
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
          error, self%equations%frame, self%equations%frames, self%equations%held, &
-         is_membrane(structure, [(i, i=1, size(structure%mesh%triangles, 2))]))
+         is_membrane(structure, self%own_elements), self%own_elements)
       if (allocated(error)) return
       call self%half%take(pattern)
       call self%solver%analyse(pattern, error)
@@ -253,7 +261,7 @@ contains
       self%by_half = a > 0 .and. self%half%exists()
       if (a > 0) then
          damped = self%values
-         damped(self%diagonal) = damped(self%diagonal) + a*self%weight
+         if (leads(self%team)) damped(self%diagonal) = damped(self%diagonal) + a*self%weight
          if (self%by_half) call self%half%factorise(damped, error)
          if (.not. self%by_half) call self%solver%factorise(damped, error)
       else
@@ -323,19 +331,7 @@ contains
       real(wp), intent(in) :: x(:), factor_change
       integer, intent(in) :: scaling
       real(wp) :: angle
-      real(wp) :: turn(3)
-      integer :: i, k
-      angle = 0
-      do i = 1, size(self%equations%number, 2)
-         turn = 0
-         do k = rx, rz
-            if (self%equations%number(k, i) > 0) turn(k - uz) = x(self%equations%number(k, i))
-         end do
-         angle = max(angle, norm2(turn))
-      end do
-      do i = 1, size(self%equations%moved)
-         angle = max(angle, norm2(factor_change*self%equations%motion(rx:rz, i, scaling)))
-      end do
+      angle = largest_turn(self%equations, x, factor_change, scaling)
    end function largest_rotation
 
    !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.

@@ -18,6 +18,7 @@ module finshell_linear_step
    use finshell_state, only: state_t, linear_change_t, move_state
    use finshell_status, only: status_not_converged
    use finshell_step, only: step_t, control_linear
+   use finshell_team, only: largest_of
    implicit none
    private
    public :: solve_linear, linear_motion, report_change
@@ -60,6 +61,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: leading(:, :)
       real(wp), allocatable :: b(:), values(:), before(:, :)
+      real(wp) :: change(1)
       logical :: damped
 
       solutions = 0
@@ -69,7 +71,9 @@ contains
          call change_of_loads(problem, load_change, constant_change, b, error, toward)
          if (allocated(error)) return
          if (solutions > 0 .and. .not. damped) then
-            if (.not. any(abs(problem%values - values) > 0)) return
+            change = maxval(abs(problem%values - values))
+            call largest_of(problem%team, change)
+            if (.not. change(1) > 0) return
          end if
          if (solutions == most_solutions) then
             call raise(error, status_not_converged, 'a linear solution does not settle which fibres act in tension (' &

@@ -31,6 +31,7 @@ module finshell_acting_load
    contains
       procedure(evaluate_interface), deferred :: evaluate
       procedure :: energy => no_energy
+      procedure :: keep
       procedure, non_overridable :: add
       procedure, non_overridable :: add_change
    end type acting_load_t
@@ -67,7 +68,7 @@ contains
       real(wp), allocatable :: force(:, :), stiffness(:, :, :)
       real(wp) :: factor
       if (allocated(self%nodal)) unit_force(:, :, self%scaling) = unit_force(:, :, self%scaling) + self%nodal
-      if (size(self%elements) == 0) return
+      if (self%rows == on_nothing) return ! all members of a team go on, also those without an element
       allocate (force(self%rows, size(self%elements)))
       factor = factor_at(state, self%scaling)
       if (present(values) .and. abs(factor) > 0) then
@@ -111,6 +112,13 @@ contains
          end associate
       end do
    end subroutine add_change
+
+   !> Act through some of the elements only. To be replaced by loads with more arrays over them.
+   subroutine keep(self, kept)
+      class(acting_load_t), intent(inout) :: self
+      logical, intent(in) :: kept(:) !< (size(elements))
+      self%elements = pack(self%elements, kept)
+   end subroutine keep
 
    !> Potential for a factor of 1.
    function no_energy(self, structure, equations, state) result(energy)

@@ -26,6 +26,7 @@ module finshell_centrifugal
    contains
       procedure :: evaluate
       procedure :: energy
+      procedure :: keep
    end type centrifugal_t
 
 contains
@@ -51,6 +52,14 @@ contains
       end do
       call append(list, self)
    end subroutine add_centrifugal
+
+   !> See finshell_acting_load.
+   subroutine keep(self, kept)
+      class(centrifugal_t), intent(inout) :: self
+      logical, intent(in) :: kept(:)
+      self%mass = pack(self%mass, kept)
+      self%elements = pack(self%elements, kept)
+   end subroutine keep
 
    !> Mass times the square of the angular velocity over 12, of one element.
    pure real(wp) function twelfth(self, structure, i)

@@ -35,6 +35,7 @@ module finshell_external
    type :: external_t
       integer :: factors = by_constant_factor !< that scale loads (finshell_factor); unscaled if any are
       type(load_item_t), allocatable :: list(:)
+      type(load_item_t), allocatable :: own(:) !< the same through the elements of this member of a team; unallocated: no team
       type(pressed_region_t), allocatable :: pressures(:) !< where uniform pressures act
       !> Nodes with dead moments that are free to turn about two axes or more, and an element and its corner at each: such a
       !> moment is not conservative and has an unsymmetric stiffness.
@@ -42,6 +43,7 @@ module finshell_external
       logical :: symmetric = .true. !< all load stiffnesses are symmetric
       logical :: has_constants = .false.
    contains
+      procedure :: keep_own
       procedure :: any_with
       procedure :: add
       procedure :: evaluate
@@ -102,6 +104,20 @@ contains
          self%factors = max(self%factors, self%list(i)%load%scaling)
       end do
    end subroutine new_external
+
+   !> Let a member of a team act through its own elements only.
+   subroutine keep_own(self, own, elements)
+      class(external_t), intent(inout) :: self
+      integer, intent(in) :: own(:), elements !< element numbers; how many there are in all
+      logical, allocatable :: mine(:)
+      integer :: i
+      allocate (mine(elements), source=.false.)
+      mine(own) = .true.
+      self%own = self%list
+      do i = 1, size(self%own)
+         call self%own(i)%load%keep(mine(self%list(i)%load%elements))
+      end do
+   end subroutine keep_own
 
    !> Dead loads, where there are any, then the others.
    subroutine list_all(self, dead, acting)
@@ -169,11 +185,21 @@ contains
       type(assembly_t), intent(in) :: assembly
       real(wp), intent(inout) :: unit_force(:, :, :) !< (n_nodal, nodes, factors)
       real(wp), intent(inout), optional :: values(:)
-      integer :: i
-      do i = 1, size(self%list)
-         if (self%list(i)%load%rows == rows) &
-            call self%list(i)%load%add(structure, equations, state, assembly, unit_force, values)
-      end do
+      if (allocated(self%own)) then
+         call add_of(self%own)
+      else
+         call add_of(self%list)
+      end if
+
+   contains
+
+      subroutine add_of(list)
+         type(load_item_t), intent(in) :: list(:)
+         integer :: i
+         do i = 1, size(list)
+            if (list(i)%load%rows == rows) call list(i)%load%add(structure, equations, state, assembly, unit_force, values)
+         end do
+      end subroutine add_of
    end subroutine add
 
    !> The forces of all loads for factors of 1; with values, their stiffness at the present factors is taken from the matrix.

@@ -26,6 +26,7 @@ module finshell_foundation
    contains
       procedure :: evaluate
       procedure :: energy
+      procedure :: keep
    end type foundation_t
 
 contains
@@ -47,6 +48,16 @@ contains
       end if
       if (.not. allocated(error)) call append(list, self)
    end subroutine add_foundation
+
+   !> See finshell_acting_load.
+   subroutine keep(self, kept)
+      class(foundation_t), intent(inout) :: self
+      logical, intent(in) :: kept(:)
+      integer :: i
+      if (allocated(self%corners)) self%corners = pack(self%corners, kept)
+      self%springs = self%springs(:, :, pack([(i, i=1, size(kept))], kept))
+      self%elements = pack(self%elements, kept)
+   end subroutine keep
 
    subroutine spread_on_elements(load, structure, self, error)
       type(load_t), intent(in) :: load

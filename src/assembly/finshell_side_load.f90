@@ -26,9 +26,18 @@ module finshell_side_load
       real(wp) :: vector(3) = 0 !< force per reference length
    contains
       procedure :: evaluate => evaluate_sides
+      procedure :: keep
    end type side_load_t
 
 contains
+
+   !> See finshell_acting_load.
+   subroutine keep(self, kept)
+      class(side_load_t), intent(inout) :: self
+      logical, intent(in) :: kept(:)
+      self%sides = pack(self%sides, kept)
+      self%elements = pack(self%elements, kept)
+   end subroutine keep
 
    !> The sides of elements that lie on edges, but those that supports keep straight, and those of membranes.
    subroutine add_side_load(load, structure, edges, held, list)

@@ -7,16 +7,19 @@ module finshell_sparsity
    use finshell_freedoms, only: n_corners, n_nodal
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_invalid_argument
+   use finshell_team, only: add_up, team_t
    implicit none
    private
    public :: sparsity_t, new_sparsity, element_positions
 
-   !> Compressed columns, numbered from 1. The diagonal is always part of the pattern.
+   !> Compressed columns, numbered from 1. The diagonal is always part of the pattern. Each member of a team has the pattern of its
+   !> own elements, and the matrix is the sum of all.
    type :: sparsity_t
       integer :: n = 0 !< equations
       logical :: symmetric = .true. !< only the lower triangle is stored
       integer(i4), allocatable :: column_pointer(:) !< (n + 1): column j is at column_pointer(j) .. column_pointer(j+1) - 1
       integer(i4), allocatable :: row(:) !< ascending within a column
+      class(team_t), pointer :: team => null()
    contains
       procedure :: entries
       procedure :: find
@@ -59,18 +62,20 @@ contains
    !>
    !> Every equation 1 .. maxval(eq) must belong to some degree of freedom; equations of nodes without an element keep
    !> their diagonal, so that the solver can name them as singular. Errors: status_invalid_argument.
-   subroutine new_sparsity(pattern, triangles, eq, symmetric, error)
+   subroutine new_sparsity(pattern, triangles, eq, symmetric, error, team)
       type(sparsity_t), intent(out) :: pattern
-      integer, intent(in) :: triangles(:, :) !< (3, elements) node numbers
+      integer, intent(in) :: triangles(:, :) !< (3, elements) node numbers; those of this member of the team
       integer, intent(in) :: eq(:, :) !< (n_nodal, nodes) equation numbers, 0 = constrained
       logical, intent(in) :: symmetric !< store the lower triangle only
       type(error_t), allocatable, intent(out) :: error
+      class(team_t), pointer, intent(in), optional :: team
       type(incidence_t) :: at_node
       integer(i4), allocatable :: neighbour_first(:), neighbour(:), home_first(:), home(:), mark(:)
       integer, allocatable :: fill(:)
       integer(i4) :: total
 
       pattern%symmetric = symmetric
+      if (present(team)) pattern%team => team
       call check_equations(triangles, eq, pattern%n, error)
       if (allocated(error)) return
       call node_incidence(triangles, size(eq, 2), at_node)
@@ -166,11 +171,11 @@ contains
    end function packed_index
 
    !> y = A x, and optionally the same with absolute values throughout (the scale of its rounding errors).
-   pure subroutine multiply(self, values, x, y, y_abs)
+   subroutine multiply(self, values, x, y, y_abs)
       class(sparsity_t), intent(in) :: self
       real(dp), intent(in) :: values(:), x(:)
-      real(dp), intent(out) :: y(:)
-      real(dp), optional, intent(out) :: y_abs(:)
+      real(dp), intent(out), contiguous :: y(:)
+      real(dp), optional, intent(out), contiguous :: y_abs(:)
       integer :: j, p, r
       real(dp) :: yj, aj, xj, t
 
@@ -194,10 +199,12 @@ contains
          y(j) = y(j) + yj
          if (present(y_abs)) y_abs(j) = y_abs(j) + aj
       end do
+      call add_up(self%team, y)
+      if (present(y_abs)) call add_up(self%team, y_abs)
    end subroutine multiply
 
    !> The diagonal of the matrix with these values.
-   pure function diagonal(self, values) result(d)
+   function diagonal(self, values) result(d)
       class(sparsity_t), intent(in) :: self
       real(dp), intent(in) :: values(:)
       real(dp) :: d(self%n)
@@ -207,6 +214,7 @@ contains
          d(j) = 0
          if (p > 0) d(j) = values(p)
       end do
+      call add_up(self%team, d)
    end function diagonal
 
    !> Number of equations; every number from 1 on must be used, and only once within an element.

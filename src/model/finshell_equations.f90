@@ -16,7 +16,7 @@ module finshell_equations
       support_components, support_clamp, support_hinge, support_symmetry, axes_global, axes_given, axes_cylindrical
    implicit none
    private
-   public :: equations_t, new_equations, motion_at, rotation_at, gather, scatter
+   public :: equations_t, new_equations, motion_at, rotation_at, gather, scatter, largest_turn
    public :: field_displacement, field_rotation
 
    integer(i1), parameter :: field_displacement = 1_i1, field_rotation = 2_i1
@@ -317,4 +317,26 @@ contains
          end if
       end do
    end subroutine scatter
+
+   !> Largest rotation (radian) of a node in a correction x of the unknowns and of a factor.
+   pure function largest_turn(self, x, factor_change, scaling) result(angle)
+      class(equations_t), intent(in) :: self
+      real(wp), intent(in) :: x(:) !< (n)
+      real(wp), intent(in) :: factor_change
+      integer, intent(in) :: scaling !< the factor that changes
+      real(wp) :: angle
+      real(wp) :: turn(rx:rz)
+      integer :: i, k
+      angle = 0
+      do i = 1, size(self%number, 2)
+         turn = 0
+         do k = rx, rz
+            if (self%number(k, i) > 0) turn(k) = x(self%number(k, i))
+         end do
+         angle = max(angle, norm2(turn))
+      end do
+      do i = 1, size(self%moved)
+         angle = max(angle, norm2(factor_change*self%motion(rx:rz, i, scaling)))
+      end do
+   end function largest_turn
 end module finshell_equations

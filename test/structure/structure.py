@@ -99,7 +99,7 @@ def layer_of(path, root):
     folder = os.path.dirname(os.path.relpath(path, root)).replace(os.sep, "/")
     if folder == "src" or folder.startswith("src/"):
         return folder[4:] or "facade"
-    return "main" if folder.split("/")[0] == "app" else "api"
+    return "main" if folder.split("/")[0] in ("app", "mpi") else "api"
 
 
 def arrow_allowed(user, used, module, rooms):
@@ -111,14 +111,14 @@ def arrow_allowed(user, used, module, rooms):
             return module in MATERIAL_OPEN_TO_API or user == "facade"
         return used in OPEN_TO_API or used == "facade"
     if user == "main":
-        return used in ("base", "app")
+        return used in ("base", "team", "app")
     return used in rooms.get(user, ())
 
 
 def arrows(root, complete):
     """Violations of rule 1; of a complete tree also permissions that nothing uses."""
     rooms = rooms_of(root)
-    files = [f for folder in ("src", "api", "app") for f in fortran_files(os.path.join(root, folder))]
+    files = [f for folder in ("src", "api", "app", "mpi") for f in fortran_files(os.path.join(root, folder))]
     home, uses = {}, []
     for path in files:
         layer = layer_of(path, root)
