@@ -10,6 +10,7 @@ module finshell_driver
    use finshell_error, only: error_t, text_of
    use finshell_input, only: input_t, read_input
    use finshell_linear_step, only: solve_linear
+   use finshell_monitoring, only: slack_share
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
    use finshell_speaker, only: speaker_t
@@ -285,6 +286,9 @@ contains
       if (problem%crumples .and. (reporter%descents > 0 .or. reporter%snaps > 0 .or. reporter%unstable > 0)) &
          write (output_unit, '(a)') 'Membranes bear compression here, and under it they fold from element to element: the result ' &
          //'depends on the mesh. Let them wrinkle (wrinkling = .true. in &section).'
+      if (path%increments > 0 .and. any(input%structure%sections%wrinkling)) write (output_unit, '(a)') &
+         'Sheets that wrinkle hold '//text_of(real(slack_share(problem), dp)) &
+         //' of their energy by what is left of their stiffness against compression (slack in &section).'
       do i = 1, size(reporter%gaps)
          write (output_unit, '(a,i0,a)') 'Missing in '//reporter%gaps(i)%name//': ', reporter%gaps(i)%values, &
             ' values, written as NaN: the law ends before the surface, or there is no such layer or fibre (doc/namelist.md).'

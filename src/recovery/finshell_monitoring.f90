@@ -6,7 +6,7 @@ module finshell_monitoring
    use finshell_equilibrium, only: equilibrium_t
    use finshell_field, only: field_t
    use finshell_field_batch, only: element_field_t, element_fields, n_element_fields
-   use finshell_mesh, only: mesh_t, find_element_set, find_node_set
+   use finshell_mesh, only: mesh_t, find_element_set, find_node_set, twice_area_vector
    use finshell_monitor, only: monitor_t, output_t, wanted_fields, reduce_mean, reduce_sum, reduce_max, reduce_min
    use finshell_node_fields, only: node_field_t, node_fields, node_results_t, n_node_fields
    use finshell_recovery, only: recovery_t, recover, recovered, small_part
@@ -15,7 +15,8 @@ module finshell_monitoring
    use finshell_state, only: state_t, moved_state, linear_change_t
    implicit none
    private
-   public :: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, cell_fields, cell_entries
+   public :: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, cell_fields, cell_entries, &
+      slack_share
 
    !> A monitor with its field, its nodes or its elements looked up.
    type :: watch_t
@@ -217,6 +218,32 @@ contains
          end do
       end associate
    end function stored_energy
+
+   !> Part of the energy of sheets that wrinkle which they hold by what is left of their stiffness against compression (finshell_slack).
+   function slack_share(problem) result(share)
+      type(equilibrium_t), intent(in) :: problem
+      real(wp) :: share
+      type(element_field_t) :: table(n_element_fields)
+      type(recovery_t) :: r
+      integer, allocatable :: elements(:)
+      real(wp) :: energy(2), volume
+      integer :: entries(2), i, j
+      energy = 0
+      associate (s => problem%structure)
+         elements = pack([(i, i=1, size(s%element_section))], s%sections(s%element_section)%wrinkling)
+         table = element_fields()
+         do i = 1, n_element_fields
+            if (table(i)%name == 'energy_density') entries(1) = i
+            if (table(i)%name == 'slack_energy_density') entries(2) = i
+         end do
+         call recover(problem, problem%state, elements, entries, r)
+         do i = 1, size(elements)
+            volume = s%sections(s%element_section(elements(i)))%thickness*norm2(twice_area_vector(s%mesh, elements(i)))/2
+            energy = energy + volume*[(r%fields(j)%values(1, 1, i), j=1, 2)]
+         end do
+      end associate
+      share = energy(2)/max(energy(1), tiny(1.0_wp))
+   end function slack_share
 
    !> Nodal result fields.
    function point_fields(problem, state, output, change) result(fields)

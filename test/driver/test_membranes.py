@@ -4,6 +4,7 @@ membranes and shells that share nodes, and what they refuse."""
 import csv
 import math
 import os
+import re
 import subprocess
 import tempfile
 import unittest
@@ -83,6 +84,8 @@ class Membranes(unittest.TestCase):
             self.assertLess(rows[-1]["state"], 2)
             self.assertGreater(rows[-1]["slack"], 0)
             self.assertLess(rows[-1]["slack"], 1e-3 * rows[-1]["energy"])
+            share = float(re.search(r"wrinkle hold (\S+) of their energy", self.said).group(1))
+            self.assertAlmostEqual(share / (rows[-1]["slack"] / rows[-1]["energy"]), 1, delta=1e-5)
             self.assertAlmostEqual(rows[-1]["w"], w, delta=2e-4)
             self.assertEqual(rows[-1]["load_factor"], 1)
 
