@@ -59,6 +59,7 @@ contains
       end if
       call buckling_matrices(problem, pencil%stiffness, pencil%geometric, change%toward, solutions, error)
       if (.not. allocated(error)) call make_symmetric(problem, pencil, error)
+      pencil%solver%options = problem%solver%options
       if (.not. allocated(error)) call pencil%solver%analyse(pencil%pattern, error)
       if (allocated(error)) return
       shift = 0

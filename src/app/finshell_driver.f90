@@ -12,6 +12,7 @@ module finshell_driver
    use finshell_linear_step, only: solve_linear
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
+   use finshell_solver_choice, only: choose_solver
    use finshell_step, only: control_linear, control_buckling
    use finshell_trial, only: check_steps, place_load_error, warning_of, mesh_warning
    use finshell_version, only: version
@@ -147,6 +148,8 @@ contains
       call read_input(options%input, input, error)
       if (complain(error)) return
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
+      call choose_solver(input, problem%solver%options, error)
+      if (complain(error)) return
       call new_equilibrium(problem, input%structure, error)
       if (allocated(error)) then
          call place_load_error(input, problem, error)

@@ -12,10 +12,7 @@ module finshell_back_ends
 #endif
    implicit none
    private
-   public :: choose_solvers, lack_of_solver, solver_words
-
-   !> What `solver =` may be.
-   character(len=*), parameter :: solver_words = 'auto, mumps, suitesparse'
+   public :: choose_solvers, lack_of_solver
 
 contains
 

@@ -11,7 +11,7 @@ module finshell_direct_solver
 
    !> What a user may choose.
    type :: solver_options_t
-      character(len=:), allocatable :: solver !< a word of finshell_back_ends; not allocated: 'auto'
+      character(len=:), allocatable :: solver !< 'mumps', 'suitesparse', or 'auto' (also if not allocated)
       real(dp) :: low_rank = 0 !< blocks of the factor are compressed to this relative accuracy; 0: not at all
       logical :: out_of_core = .false. !< keep the factor on disk, in TMPDIR
       integer :: threads = 0 !< of the solver; 0: as OpenMP would
