@@ -12,8 +12,9 @@ module finshell_solver_choice
 contains
 
    !> Errors: a solver that this build does not have.
-   subroutine choose_solver(input, options, error)
+   subroutine choose_solver(input, in_parts, options, error)
       type(input_t), intent(in) :: input
+      logical, intent(in) :: in_parts !< many processes work together
       type(solver_options_t), intent(out) :: options
       type(error_t), allocatable, intent(out) :: error
       character(len=:), allocatable :: reason
@@ -21,7 +22,7 @@ contains
       if (allocated(input%solver%solver)) options%solver = input%solver%solver
       options%low_rank = input%solver%low_rank
       options%out_of_core = input%solver%out_of_core
-      reason = lack_of_solver(options)
+      reason = lack_of_solver(options, in_parts)
       if (reason /= '') call raise(error, status_input_error, input%file//':'//text_of(input%solver%line)//': &job: '//reason)
    end subroutine choose_solver
 end module finshell_solver_choice

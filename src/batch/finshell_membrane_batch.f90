@@ -3,9 +3,10 @@ module finshell_membrane_batch
    use finshell_block, only: check_length, check_results, vanishing
    use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_freedoms, only: n_membrane
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_element_fields, only: surface_stress
-   use finshell_membrane, only: evaluate_membrane, membrane_t, n_membrane, recover_membrane
+   use finshell_membrane, only: evaluate_membrane, membrane_t, recover_membrane
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
    use finshell_status, only: status_material_limit, status_not_a_number, status_ok
@@ -13,7 +14,7 @@ module finshell_membrane_batch
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
    private
-   public :: evaluate_membranes, recover_membranes, gather_membranes, check_membranes, n_membrane
+   public :: evaluate_membranes, recover_membranes, gather_membranes, check_membranes
    public :: state_slack, state_taut, state_wrinkled
 
    !> Blocks a thread must have to pay (some 100 us of work).

@@ -17,11 +17,12 @@ module finshell_back_ends
 contains
 
    !> The solver of a matrix, and another for when a symmetric one turns out to be indefinite (not allocated: the same).
-   subroutine choose_solvers(options, symmetric, first, indefinite)
+   subroutine choose_solvers(options, symmetric, in_parts, first, indefinite)
       type(solver_options_t), intent(in) :: options
       logical, intent(in) :: symmetric
+      logical, intent(in) :: in_parts !< many processes have parts of the matrix: for MUMPS only
       class(direct_solver_t), allocatable, intent(out) :: first, indefinite
-      if (word_of(options) /= 'mumps') call new_solver(trim(merge('cholmod', 'umfpack', symmetric)), first)
+      if (word_of(options) /= 'mumps' .and. .not. in_parts) call new_solver(trim(merge('cholmod', 'umfpack', symmetric)), first)
       if (word_of(options) /= 'suitesparse') then
          if (.not. allocated(first)) then
             call new_solver('mumps', first)
@@ -34,8 +35,9 @@ contains
    end subroutine choose_solvers
 
    !> '' if this build can do what is asked for, else a sentence.
-   function lack_of_solver(options) result(reason)
+   function lack_of_solver(options, in_parts) result(reason)
       type(solver_options_t), intent(in) :: options
+      logical, intent(in) :: in_parts !< many processes have parts of the matrix
       character(len=:), allocatable :: reason
       class(direct_solver_t), allocatable :: first
       reason = ''
@@ -46,6 +48,7 @@ contains
       case ('suitesparse')
          call new_solver('cholmod', first)
          if (.not. allocated(first)) reason = 'this finshell was built without SuiteSparse'
+         if (in_parts) reason = 'SuiteSparse works on one process only; many need MUMPS'
       end select
       if (reason /= '') return
       call new_solver('mumps', first)

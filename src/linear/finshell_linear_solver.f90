@@ -18,6 +18,7 @@ module finshell_linear_solver
    use finshell_matrix_scale, only: equilibrate, initial_scale, shifted
    use finshell_sparsity, only: sparsity_t
    use finshell_status, only: status_invalid_argument, status_not_a_number, status_singular_matrix
+   use finshell_team, only: agree, shared
    implicit none
    private
    public :: linear_solver_t
@@ -77,7 +78,7 @@ contains
       call self%free()
       self%pattern = pattern
       self%expect_definite = .true.
-      reason = lack_of_solver(self%options)
+      reason = lack_of_solver(self%options, shared(self%pattern%team))
       if (reason /= '') call raise(error, status_invalid_argument, reason)
    end subroutine analyse
 
@@ -86,7 +87,7 @@ contains
       class(linear_solver_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
       if (self%pattern%n == 0 .or. allocated(self%first)) return
-      call choose_solvers(self%options, self%pattern%symmetric, self%first, self%second)
+      call choose_solvers(self%options, self%pattern%symmetric, shared(self%pattern%team), self%first, self%second)
       if (.not. allocated(self%first)) then
          call raise(error, status_invalid_argument, 'this finshell was built without a solver for this matrix')
          return
@@ -134,8 +135,9 @@ contains
          j = findloc(self%pattern%column_pointer > i, .true., 1) - 1
          call raise(error, status_not_a_number, 'the matrix is not finite in row '//text_of(int(self%pattern%row(i)))// &
                     ', column '//text_of(j))
-         return
       end if
+      call agree(self%pattern%team, error)
+      if (allocated(error)) return
       call self%prepare(error)
       if (allocated(error)) return
       self%values = values

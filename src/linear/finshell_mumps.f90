@@ -7,6 +7,7 @@ module finshell_mumps
    use finshell_kinds, only: dp
    use finshell_sparsity, only: sparsity_t
    use finshell_status, only: status_invalid_argument, status_out_of_memory
+   use finshell_team, only: from_first, shared, team_t
    implicit none
    private
    public :: mumps_t
@@ -25,6 +26,7 @@ module finshell_mumps
       private
       integer :: n = 0
       logical :: symmetric = .true.
+      class(team_t), pointer :: team => null()
       logical :: factorised = .false.
       type(c_ptr) :: handle = c_null_ptr
       integer(c_int), pointer, contiguous :: row(:) => null(), column(:) => null(), position(:) => null()
@@ -93,6 +95,13 @@ module finshell_mumps
          integer(c_int64_t), value :: entries
       end subroutine finshell_mumps_matrix
 
+      subroutine finshell_mumps_local_matrix(handle, n, entries, rows, columns, values) bind(C)
+         import :: c_ptr, c_int, c_int64_t
+         type(c_ptr), value :: handle, rows, columns, values
+         integer(c_int), value :: n
+         integer(c_int64_t), value :: entries
+      end subroutine finshell_mumps_local_matrix
+
       subroutine finshell_mumps_order(handle, position) bind(C)
          import :: c_ptr
          type(c_ptr), value :: handle, position
@@ -124,6 +133,7 @@ contains
       call self%free()
       self%n = pattern%n
       self%symmetric = pattern%symmetric
+      self%team => pattern%team
       call self%open(error)
       if (allocated(error)) return
       allocate (self%row, source=int(pattern%row, c_int))
@@ -131,14 +141,13 @@ contains
       do j = 1, pattern%n
          self%column(pattern%column_pointer(j):pattern%column_pointer(j + 1) - 1) = j
       end do
-      if (allocated(order)) then
+      if (allocated(order) .and. .not. shared(self%team)) then
          allocate (self%position(self%n))
          self%position(order) = [(i, i=1, self%n)]
          self%icntl(7) = 1
          call finshell_mumps_order(self%handle, c_loc(self%position))
       end if
-      call finshell_mumps_matrix(self%handle, self%n, size(self%row, kind=c_int64_t), c_loc(self%row), c_loc(self%column), &
-                                 c_null_ptr)
+      call give_matrix(self, c_null_ptr)
       call finshell_mumps_call(self%handle, job_analyse)
       if (self%infog(1) < 0) then
          call report(self%infog, self%n, error)
@@ -153,11 +162,27 @@ contains
       end if
    end subroutine analyse
 
+   !> Tell MUMPS where the matrix is: on this process, or the part of it that is.
+   subroutine give_matrix(self, values)
+      class(mumps_t), intent(in) :: self
+      type(c_ptr), intent(in) :: values
+      associate (n => self%n, entries => size(self%row, kind=c_int64_t), row => c_loc(self%row), column => c_loc(self%column))
+         if (shared(self%team)) then
+            call finshell_mumps_local_matrix(self%handle, n, entries, row, column, values)
+         else
+            call finshell_mumps_matrix(self%handle, n, entries, row, column, values)
+         end if
+      end associate
+   end subroutine give_matrix
+
    !> An instance, with everything switched off that needs values when it is analysed or that the caller does itself.
    subroutine open(self, error)
       class(mumps_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
-      self%handle = finshell_mumps_open(merge(2, 0, self%symmetric), world)
+      integer(c_int) :: communicator
+      communicator = world
+      if (shared(self%team)) communicator = self%team%communicator
+      self%handle = finshell_mumps_open(merge(2, 0, self%symmetric), communicator)
       if (.not. c_associated(self%handle)) then
          call raise(error, status_out_of_memory, 'MUMPS does not start')
          return
@@ -169,11 +194,12 @@ contains
       self%icntl(1:3) = -1 ! prints nothing
       self%icntl(4) = 0
       self%icntl(6) = 0 ! no matching of rows and columns
-      self%icntl(8) = -1 ! the scaling is ours
+      self%icntl(8) = merge(7, -1, shared(self%team)) ! the scaling is ours, but of a matrix in parts MUMPS takes its own only
       self%icntl(10) = 0 ! the caller refines
       self%icntl(12) = 1 ! no ordering by pairs of rows
       self%icntl(13) = 1 ! the last front as all others: its negative pivots are counted
       self%icntl(14) = 30 ! % of memory for pivots that are put off
+      self%icntl(18) = merge(3, 0, shared(self%team)) ! parts of the matrix
       self%icntl(22) = merge(1, 0, self%options%out_of_core)
       self%icntl(33) = merge(0, 1, self%symmetric)
       if (self%options%low_rank > 0) then
@@ -195,9 +221,8 @@ contains
       self%factorised = .false.
       if (.not. associated(self%scaling)) allocate (self%scaling(self%n))
       self%scaling = 1/scale
-      call finshell_mumps_scaling(self%handle, c_loc(self%scaling), c_loc(self%scaling))
-      call finshell_mumps_matrix(self%handle, self%n, size(self%row, kind=c_int64_t), c_loc(self%row), c_loc(self%column), &
-                                 c_loc(values))
+      if (.not. shared(self%team)) call finshell_mumps_scaling(self%handle, c_loc(self%scaling), c_loc(self%scaling))
+      call give_matrix(self, c_loc(values))
       self%cntl(1) = merge(0.0_dp, pivot_threshold, definite .and. self%symmetric)
       do k = 1, most_enlargements
          call finshell_mumps_call(self%handle, job_factorise)
@@ -229,6 +254,7 @@ contains
       real(dp), intent(in), target, contiguous :: b(:, :)
       real(dp), intent(inout), target, contiguous :: x(:, :)
       type(error_t), allocatable, intent(out) :: error
+      integer :: j
       if (.not. self%factorised) then
          call raise(error, status_invalid_argument, 'solution asked for before a successful factorisation')
          return
@@ -237,6 +263,9 @@ contains
       call finshell_mumps_rhs(self%handle, c_loc(x), self%n, size(b, 2))
       call finshell_mumps_call(self%handle, job_solve)
       if (self%infog(1) < 0) call report(self%infog, self%n, error)
+      do j = 1, size(x, 2)
+         call from_first(self%team, x(:, j))
+      end do
    end subroutine solve
 
    !> See finshell_direct_solver.
