@@ -23,7 +23,7 @@ program bench_linear
    real(dp), allocatable :: k(:), weight(:), x(:), b(:)
    real(dp) :: shift, ordering, definite, indefinite, solution, memory(2), residual
    integer, allocatable :: diagonal(:)
-   integer :: i, refinements
+   integer :: i, refinements, false_pivots
    character(len=200) :: word
    real(dp) :: mark, wall, walls(3)
    integer(int64) :: clock, rate
@@ -54,6 +54,7 @@ program bench_linear
    call factorise(definite)
    call factorise(definite)
    walls(1) = wall
+   false_pivots = solver%negative_pivots
    memory(1) = solver%memory()
    b = [(sin(real(i, dp)), i=1, pattern%n)]
    x = b
@@ -77,6 +78,7 @@ program bench_linear
    memory(2) = solver%memory()
    call solver%solve(b, x, error)
    call check()
+   if (false_pivots > 0) write (error_unit, '(i0,a)') false_pivots, ' negative pivots of the definite matrix'
    write (*, '(2i10,4f9.3,i5,2f8.3,2(i4,es9.1),3f9.3)') pattern%n, pattern%entries(), ordering, definite, indefinite, solution, &
       solver%negative_pivots, memory/1e9_dp, refinements, residual, solver%refinements, solver%residual, walls
 

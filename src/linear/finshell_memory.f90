@@ -4,7 +4,7 @@ module finshell_memory
    use finshell_kinds, only: i8, wp
    implicit none
    private
-   public :: lack_of_memory, memory_needed
+   public :: lack_of_memory, memory_left, memory_needed
 
    real(wp), parameter :: gigabyte = 1.0e9_wp
    !> Address space that OpenBLAS (which waits for ever where it does not get it) and the stacks of threads reserve beside that.
@@ -27,7 +27,7 @@ contains
       character(len=9) :: needed_text, left_text, nodes_text
       reason = ''
       needed = memory_needed(nodes)
-      left = memory_left()
+      left = machine_memory_left()
       if (0.8_wp*needed < left) then
          needed = needed + reserved
          left = address_space_left()
@@ -41,8 +41,15 @@ contains
          //' GB (see free -g and ulimit -v)'
    end function lack_of_memory
 
+   !> Bytes that may still be taken: what is given, or 0 for all that this machine has for this process.
+   real(wp) function memory_left(given) result(left)
+      real(wp), intent(in) :: given
+      left = given
+      if (.not. given > 0) left = min(machine_memory_left(), max(0.0_wp, address_space_left() - reserved))
+   end function memory_left
+
    !> Bytes that this process may still take, of the machine and of its control group.
-   real(wp) function memory_left() result(left)
+   real(wp) function machine_memory_left() result(left)
       real(wp) :: limit, used
       left = huge(left)
       limit = 1024*number_in('/proc/meminfo', 'MemAvailable:')
@@ -50,7 +57,7 @@ contains
       limit = number_in('/sys/fs/cgroup/memory.max', '')
       used = number_in('/sys/fs/cgroup/memory.current', '')
       if (limit >= 0 .and. used >= 0) left = min(left, max(0.0_wp, limit - used))
-   end function memory_left
+   end function machine_memory_left
 
    !> Bytes of address space that are left (ulimit -v).
    real(wp) function address_space_left() result(left)
