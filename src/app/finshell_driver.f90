@@ -4,6 +4,7 @@ module finshell_driver
    use finshell_kinds, only: dp, wp
    use finshell_assembly, only: paying_threads
    use finshell_blas_threads, only: set_blas_threads, wake_blas
+   use finshell_effort_report, only: print_effort
    use finshell_disk, only: write_failures_return
    use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
@@ -29,6 +30,7 @@ module finshell_driver
       character(len=:), allocatable :: command, input
       character(len=:), allocatable :: folder !< prefix of all output files
       logical :: quiet = .false.
+      logical :: factor = .false. !< with check: order the equations
       class(team_t), pointer :: team => null() !< processes that share the work; the first one speaks
    end type options_t
 
@@ -81,6 +83,8 @@ contains
             return
          case ('--quiet', '-q')
             options%quiet = .true.
+         case ('--factor')
+            options%factor = .true.
          case ('--output-folder', '-o')
             i = i + 1
             options%folder = argument(i)
@@ -105,6 +109,8 @@ contains
          complaint = 'a command is expected: run or check'
       else if (.not. allocated(options%input)) then
          complaint = 'the command '//options%command//' needs an input file'
+      else if (options%factor .and. options%command /= 'check') then
+         complaint = 'the option --factor belongs to the command check'
       end if
    end subroutine read_command_line
 
@@ -129,6 +135,7 @@ contains
          'Options', &
          '  -o, --output-folder DIR     write results there (default: the current folder)', &
          '  -q, --quiet                 no progress lines', &
+         '      --factor                with check: order the equations too, and say how large the factor of the matrix is', &
          '', &
          'OMP_NUM_THREADS, or threads in the group &job, sets the number of threads.', &
          'Exit code: 0 done, 1 stopped before the end (results so far are kept), 2 wrong input.', &
@@ -174,6 +181,8 @@ contains
          if (.not. options%quiet) call print_model(options, input, problem)
       end if
       if (.not. solve) then
+         if (.not. options%quiet) call print_effort(problem, options%factor, speaks, error)
+         if (complain(error, speaks)) return
          if (speaks) write (output_unit, '(a)') 'The input is complete and consistent.'
          code = exit_ok
          return

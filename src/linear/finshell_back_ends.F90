@@ -13,7 +13,7 @@ module finshell_back_ends
    use finshell_kinds, only: dp
    implicit none
    private
-   public :: choose_solvers, lack_of_solver
+   public :: can_work_on_disk, choose_solvers, lack_of_solver
 
    !> Of an iteration with factors of single precision. Compressed they precondition better, not worse: hemisphere of radius over
    !> thickness 2500 with 10^5 unknowns: 16 iterations; 40 do not do without.
@@ -66,6 +66,11 @@ contains
          if (options%out_of_core) reason = 'out_of_core is for MUMPS, not for SuiteSparse'
       end select
    end function lack_of_solver
+
+   !> Whether a factor that does not fit into memory is kept on disk.
+   logical function can_work_on_disk() result(yes)
+      yes = lack_of_solver(solver_options_t(out_of_core=.true.), .false.) == ''
+   end function can_work_on_disk
 
    !> What asks for MUMPS.
    pure function what_for(options) result(keys)

@@ -48,7 +48,7 @@ module finshell_linear_solver
       real(dp) :: smallest_pivot = 0 !< relative to the diagonal, last symmetric factorisation
       integer :: refinements = 0 !< most taken for a right-hand side of the last solve
       real(dp) :: residual = 0 !< largest relative residual of the last solve
-      integer :: analyses = 0 !< orderings
+      integer :: analyses = 0 !< orderings: one for all that has this pattern
       integer :: factorisations = 0 !< numeric ones tried, including failed ones
       type(solver_options_t) :: options !< to be set before `analyse`
       type(sparsity_t), private :: pattern
@@ -78,13 +78,17 @@ contains
 
    !> Take over a pattern. It is analysed when it is first factorised, or by `prepare`.
    !> Errors: status_invalid_argument for a solver that this build does not have.
-   subroutine analyse(self, pattern, error)
+   subroutine analyse(self, pattern, error, order_of)
       class(linear_solver_t), intent(inout) :: self
       type(sparsity_t), intent(in) :: pattern
       type(error_t), allocatable, intent(out) :: error
+      type(linear_solver_t), intent(in), optional :: order_of !< its order of the equations serves, if it has one for the same number
       character(len=:), allocatable :: reason
       call self%free()
       self%pattern = pattern
+      if (present(order_of)) then
+         if (allocated(order_of%order) .and. order_of%pattern%n == pattern%n) self%order = order_of%order
+      end if
       self%expect_definite = .true.
       reason = lack_of_solver(self%options, shared(self%pattern%team))
       if (reason /= '') call raise(error, status_invalid_argument, reason)
@@ -102,12 +106,12 @@ contains
          call raise(error, status_invalid_argument, 'this finshell was built without a solver for this matrix')
          return
       end if
+      if (.not. allocated(self%order)) self%analyses = self%analyses + 1
       call self%first%analyse(self%pattern, self%order, error)
       if (allocated(error)) then
          deallocate (self%first)
          return
       end if
-      self%analyses = self%analyses + 1
       if (.not. self%first%definite_only .and. allocated(self%second)) deallocate (self%second)
       ! What does not fit in memory goes to a solver that can work on disk, in the order that was found.
       if (self%first%on_disk .or. self%first%memory() < memory_left(self%options%memory)) return
