@@ -2,10 +2,9 @@
 module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_kinds, only: dp, wp
-   use finshell_assembly, only: paying_threads
-   use finshell_blas_threads, only: set_blas_threads, wake_blas
    use finshell_effort_report, only: print_effort
    use finshell_disk, only: write_failures_return
+   use finshell_blas_threads, only: to_openmp
    use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, text_of
@@ -17,9 +16,9 @@ module finshell_driver
    use finshell_speaker, only: speaker_t
    use finshell_step, only: control_linear, control_buckling
    use finshell_team, only: agree, leads, shared, team_t
+   use finshell_thread_choice, only: choose_threads
    use finshell_trial, only: check_steps, place_load_error, warning_of, mesh_warning
    use finshell_version, only: version
-!$ use omp_lib, only: omp_get_num_procs, omp_set_num_threads
    implicit none
    private
    public :: main
@@ -159,6 +158,7 @@ contains
 
       code = exit_input
       speaks = leads(options%team)
+      call to_openmp()
       call write_failures_return()
       call read_input(options%input, input, error)
       call agree(options%team, error)
@@ -215,20 +215,6 @@ contains
       code = exit_ok
       if (complain(error, speaks)) code = exit_incomplete
    end subroutine run
-
-   !> As many threads as the input asks for, else as OpenMP would but no more than pay: waiting threads burn CPU time.
-   subroutine choose_threads(wanted, elements)
-      integer, intent(in) :: wanted, elements
-      integer, parameter :: always_allowed = 8
-      integer :: threads
-      threads = paying_threads(elements)
-      if (wanted > 0) threads = wanted
-      ! more than there are processors never pay, and very many cannot be created
-!$    threads = min(threads, max(omp_get_num_procs(), always_allowed))
-!$    call omp_set_num_threads(threads)
-      call set_blas_threads(threads)
-      call wake_blas()
-   end subroutine choose_threads
 
    !> Print an error, if there is one and this process speaks.
    logical function complain(error, speaks)

@@ -11,6 +11,7 @@
 !> A matrix is called singular when a vector v has |A v| <= singular_tolerance |v| in that measure.
 module finshell_linear_solver
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use finshell_blas_threads, only: to_blas, to_openmp
    use finshell_back_ends, only: choose_solvers, lack_of_solver
    use finshell_direct_solver, only: direct_solver_t, pivots_t, solver_options_t
    use finshell_error, only: error_t, raise, text_of
@@ -33,8 +34,11 @@ module finshell_linear_solver
    real(dp), parameter :: diagonal_shift = 1e-8_dp, approximate_shift = 1e-6_dp
    !> Relative residual beyond which a solution is refused.
    real(dp), parameter :: refused_residual = 1e-5_dp
-   !> The same with approximate factors, which say nothing about how much is to be had.
+   !> The same with approximate factors, which say nothing about how much is to be had; and what is then said.
    real(dp), parameter :: approximate_residual = 1e-10_dp
+   character(len=*), parameter :: advice = ', the matrix is too close to singular for approximate factors: exact ones are ' &
+                                  //"needed (solver = 'auto', low_rank = 0)"
+   character(len=len(advice)), parameter :: close_to_singular = ': the matrix is close to singular'
 
    !> A copy by assignment has the pattern but no factors: it analyses and factorises for itself.
    type, extends(factored_t) :: linear_solver_t
@@ -236,14 +240,18 @@ contains
       type(error_t), allocatable, intent(out) :: error
       self%factorisations = self%factorisations + 1
       self%by_second = .not. definite .and. allocated(self%second)
-      if (.not. self%by_second) then
-         call self%first%factorise(values, self%scale, definite, pivots, error)
-         return
+      if (self%by_second .and. .not. self%second_ready) then
+         call self%second%analyse(self%pattern, self%order, error)
+         if (allocated(error)) return
+         self%second_ready = .true.
       end if
-      if (.not. self%second_ready) call self%second%analyse(self%pattern, self%order, error)
-      if (allocated(error)) return
-      self%second_ready = .true.
-      call self%second%factorise(values, self%scale, definite, pivots, error)
+      call to_blas(self%options%threads)
+      if (self%by_second) then
+         call self%second%factorise(values, self%scale, definite, pivots, error)
+      else
+         call self%first%factorise(values, self%scale, definite, pivots, error)
+      end if
+      call to_openmp()
    end subroutine try
 
    !> Solve for one right-hand side.
@@ -287,22 +295,10 @@ contains
          if (allocated(error)) return
          self%refinements = max(self%refinements, steps)
          self%residual = max(self%residual, left)
-         if (.not. left <= merge(approximate_residual, refused_residual, self%approximate())) call refuse(left)
+         if (left <= merge(approximate_residual, refused_residual, self%approximate())) cycle
+         call raise(error, status_singular_matrix, 'the linear system was solved only to a relative residual of '//text_of(left) &
+                    //trim(merge(advice, close_to_singular, self%approximate())))
       end do
-
-   contains
-
-      subroutine refuse(left)
-         real(dp), intent(in) :: left
-         character(len=:), allocatable :: reason
-         reason = 'the linear system was solved only to a relative residual of '//text_of(left)
-         if (self%approximate()) then
-            call raise(error, status_singular_matrix, reason//' after '//text_of(steps)//' iterations with approximate factors; ' &
-                       //"exact ones are needed (solver = 'auto', low_rank = 0)")
-         else
-            call raise(error, status_singular_matrix, reason//': the matrix is close to singular')
-         end if
-      end subroutine refuse
    end subroutine solve_many
 
    !> |A| |x|, with the matrix factorised last: times epsilon, what rounding x to working precision does to A x.
@@ -350,8 +346,7 @@ contains
          call raise(error, status_singular_matrix, 'the matrix is singular; its null vector is largest in equation '// &
                     text_of(self%singular_equation))
       else if (.not. finding%known) then
-         call raise(error, status_singular_matrix, 'an iteration with approximate factors does not converge, the matrix is too ' &
-                    //"close to singular for them: exact ones are needed (solver = 'auto', low_rank = 0)")
+         call raise(error, status_singular_matrix, 'an iteration with the factors does not converge'//advice)
       end if
       self%determinant_sign = self%determinant_sign*(1 - 2*mod(finding%passed, 2))
       if (self%pattern%symmetric) self%negative_pivots = self%negative_pivots + finding%more_negative

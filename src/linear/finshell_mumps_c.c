@@ -1,5 +1,6 @@
 /* MUMPS for finshell_mumps.f90: the C structures of MUMPS change with every release, so that only its own headers know where things stand.
  * Two precisions, one handle: what has numbers passes through here as addresses of double or float. */
+#define _POSIX_C_SOURCE 200112L
 #include <dmumps_c.h>
 #include <smumps_c.h>
 #include <stdint.h>
@@ -53,6 +54,7 @@ void *finshell_mumps_open(int single, int symmetry, int communicator)
    solver *both = calloc(1, sizeof *both);
    if (both == NULL)
       return NULL;
+   setenv("SCOTCH_PTHREAD_NUMBER", "1", 0); /* its ordering takes as many threads as there are processors, and is not reproducible with them */
    both->single = single;
    EITHER(both, m->sym = symmetry; m->par = 1; m->comm_fortran = communicator;);
    finshell_mumps_call(both, -1);
