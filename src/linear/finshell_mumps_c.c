@@ -5,6 +5,7 @@
 #include <smumps_c.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 typedef struct {
    int single;
@@ -62,6 +63,9 @@ void *finshell_mumps_open(int single, int symmetry, int communicator)
       free(both);
       return NULL;
    }
+   const char *folder = getenv("TMPDIR");
+   if (folder != NULL)
+      EITHER(both, strncpy(m->ooc_tmpdir, folder, sizeof m->ooc_tmpdir - 1););
    return both;
 }
 
