@@ -4,9 +4,10 @@
 !>
 !> The definite matrix is the tangent at the unloaded state; a multiple of the lumped weights is taken from it until at least ten pivots
 !> are negative. One line: unknowns, entries, seconds of CPU time of ordering, of the definite and of the indefinite factorisation (the second of
-!> each), of a solution, negative pivots, gigabytes of the factors (definite, indefinite), refinements and residual of the solutions.
+!> each), of a solution, negative pivots, gigabytes of the factors (definite, indefinite), refinements and residual of the solutions;
+!> seconds of the clock for the two factorisations and the solution.
 program bench_linear
-   use, intrinsic :: iso_fortran_env, only: error_unit
+   use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t
    use finshell_input, only: input_t, read_input
@@ -22,9 +23,10 @@ program bench_linear
    real(dp), allocatable :: k(:), weight(:), x(:), b(:)
    real(dp) :: shift, ordering, definite, indefinite, solution, memory(2), residual
    integer, allocatable :: diagonal(:)
-   integer :: i, refinements
+   integer :: i, refinements, false_pivots
    character(len=200) :: word
-   real(dp) :: mark
+   real(dp) :: mark, wall, walls(3)
+   integer(int64) :: clock, rate
 
    call get_command_argument(1, word)
    call read_input(trim(word), input, error)
@@ -51,6 +53,8 @@ program bench_linear
    ordering = tock()
    call factorise(definite)
    call factorise(definite)
+   walls(1) = wall
+   false_pivots = solver%negative_pivots
    memory(1) = solver%memory()
    b = [(sin(real(i, dp)), i=1, pattern%n)]
    x = b
@@ -58,6 +62,7 @@ program bench_linear
    call solver%solve(b, x, error)
    call check()
    solution = tock()
+   walls(3) = wall
    refinements = solver%refinements
    residual = solver%residual
    shift = 1e-8_dp*maxval(k(diagonal)/weight)
@@ -69,11 +74,13 @@ program bench_linear
       shift = shift*1.7_dp
    end do
    call factorise(indefinite)
+   walls(2) = wall
    memory(2) = solver%memory()
    call solver%solve(b, x, error)
    call check()
-   write (*, '(2i10,4f9.3,i5,2f8.3,2(i4,es9.1))') pattern%n, pattern%entries(), ordering, definite, indefinite, solution, &
-      solver%negative_pivots, memory/1e9_dp, refinements, residual, solver%refinements, solver%residual
+   if (false_pivots > 0) write (error_unit, '(i0,a)') false_pivots, ' negative pivots of the definite matrix'
+   write (*, '(2i10,4f9.3,i5,2f8.3,2(i4,es9.1),3f9.3)') pattern%n, pattern%entries(), ordering, definite, indefinite, solution, &
+      solver%negative_pivots, memory/1e9_dp, refinements, residual, solver%refinements, solver%residual, walls
 
 contains
 
@@ -87,11 +94,15 @@ contains
 
    subroutine tick()
       call cpu_time(mark)
+      call system_clock(clock, rate)
    end subroutine tick
 
    real(dp) function tock()
+      integer(int64) :: now
       call cpu_time(tock)
       tock = tock - mark
+      call system_clock(now)
+      wall = real(now - clock, dp)/real(rate, dp)
    end function tock
 
    subroutine check()

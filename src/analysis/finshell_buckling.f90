@@ -61,7 +61,8 @@ contains
       end if
       call buckling_matrices(problem, pencil%stiffness, pencil%geometric, change%toward, solutions, error)
       if (.not. allocated(error)) call make_symmetric(problem, pencil, error)
-      if (.not. allocated(error)) call pencil%solver%analyse(pencil%pattern, error)
+      pencil%solver%options = problem%solver%options
+      if (.not. allocated(error)) call pencil%solver%analyse(pencil%pattern, error, problem%solver)
       if (allocated(error)) return
       shift = 0
       if (abs(step%near) > 0) shift = step%near - problem%state%load_factor

@@ -82,7 +82,8 @@ module finshell_equilibrium
 
 contains
 
-   !> Number the unknowns, sum up the loads, analyse the matrix; the state is the unloaded one.
+   !> Number the unknowns, sum up the loads, find the pattern of the matrix; the state is the unloaded one. Options of the solver are
+   !> to be set before.
    !> Errors: what is wrong with supports or loads; a free rigid-body motion, named.
    subroutine new_equilibrium(self, structure, error, team)
       type(equilibrium_t), intent(inout) :: self
@@ -115,6 +116,7 @@ contains
          is_membrane(structure, self%own_elements), self%own_elements)
       if (allocated(error)) return
       call self%half%take(pattern)
+      self%half%solver%options = self%solver%options
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
       self%soft = is_soft(structure%sections)

@@ -2,9 +2,9 @@
 module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_kinds, only: dp, wp
-   use finshell_assembly, only: paying_threads
-   use finshell_blas_threads, only: set_blas_threads, wake_blas
+   use finshell_effort_report, only: print_effort
    use finshell_disk, only: write_failures_return
+   use finshell_blas_threads, only: to_openmp
    use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, text_of
@@ -13,12 +13,13 @@ module finshell_driver
    use finshell_monitoring, only: slack_share
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
+   use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
    use finshell_step, only: control_linear, control_buckling
-   use finshell_team, only: agree, leads, team_t
+   use finshell_team, only: agree, leads, shared, team_t
+   use finshell_thread_choice, only: choose_threads
    use finshell_trial, only: check_steps, place_load_error, warning_of, mesh_warning
    use finshell_version, only: version
-!$ use omp_lib, only: omp_get_num_procs, omp_set_num_threads
    implicit none
    private
    public :: main
@@ -29,6 +30,7 @@ module finshell_driver
       character(len=:), allocatable :: command, input
       character(len=:), allocatable :: folder !< prefix of all output files
       logical :: quiet = .false.
+      logical :: factor = .false. !< with check: order the equations
       class(team_t), pointer :: team => null() !< processes that share the work; the first one speaks
    end type options_t
 
@@ -81,6 +83,8 @@ contains
             return
          case ('--quiet', '-q')
             options%quiet = .true.
+         case ('--factor')
+            options%factor = .true.
          case ('--output-folder', '-o')
             i = i + 1
             options%folder = argument(i)
@@ -105,6 +109,8 @@ contains
          complaint = 'a command is expected: run or check'
       else if (.not. allocated(options%input)) then
          complaint = 'the command '//options%command//' needs an input file'
+      else if (options%factor .and. options%command /= 'check') then
+         complaint = 'the option --factor belongs to the command check'
       end if
    end subroutine read_command_line
 
@@ -129,6 +135,7 @@ contains
          'Options', &
          '  -o, --output-folder DIR     write results there (default: the current folder)', &
          '  -q, --quiet                 no progress lines', &
+         '      --factor                with check: order the equations too, and say how large the factor of the matrix is', &
          '', &
          'OMP_NUM_THREADS, or threads in the group &job, sets the number of threads.', &
          'Exit code: 0 done, 1 stopped before the end (results so far are kept), 2 wrong input.', &
@@ -152,11 +159,14 @@ contains
 
       code = exit_input
       speaks = leads(options%team)
+      call to_openmp()
       call write_failures_return()
       call read_input(options%input, input, error)
       call agree(options%team, error)
       if (complain(error, speaks)) return
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
+      call choose_solver(input, shared(options%team), problem%solver%options, error)
+      if (complain(error, speaks)) return
       call new_equilibrium(problem, input%structure, error, options%team)
       if (allocated(error)) then
          call place_load_error(input, problem, error)
@@ -172,6 +182,8 @@ contains
          if (.not. options%quiet) call print_model(options, input, problem)
       end if
       if (.not. solve) then
+         if (.not. options%quiet) call print_effort(problem, options%factor, speaks, error)
+         if (complain(error, speaks)) return
          if (speaks) write (output_unit, '(a)') 'The input is complete and consistent.'
          code = exit_ok
          return
@@ -204,20 +216,6 @@ contains
       code = exit_ok
       if (complain(error, speaks)) code = exit_incomplete
    end subroutine run
-
-   !> As many threads as the input asks for, else as OpenMP would but no more than pay: waiting threads burn CPU time.
-   subroutine choose_threads(wanted, elements)
-      integer, intent(in) :: wanted, elements
-      integer, parameter :: always_allowed = 8
-      integer :: threads
-      threads = paying_threads(elements)
-      if (wanted > 0) threads = wanted
-      ! more than there are processors never pay, and very many cannot be created
-!$    threads = min(threads, max(omp_get_num_procs(), always_allowed))
-!$    call omp_set_num_threads(threads)
-      call set_blas_threads(threads)
-      call wake_blas()
-   end subroutine choose_threads
 
    !> Print an error, if there is one and this process speaks.
    logical function complain(error, speaks)

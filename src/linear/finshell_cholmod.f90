@@ -12,7 +12,6 @@ module finshell_cholmod
    use finshell_kinds, only: dp
    use finshell_sparsity, only: sparsity_t
    use finshell_status, only: status_invalid_argument, status_out_of_memory
-   !$ use omp_lib, only: omp_get_max_threads
    implicit none
    private
    public :: cholmod_t
@@ -120,7 +119,6 @@ contains
       type(sparse_t) :: a
       type(factor_t), pointer :: factor
       integer(c_int) :: done
-      integer :: threads
       logical :: lower
       real(dp), allocatable :: d(:)
 
@@ -138,11 +136,8 @@ contains
       end if
       self%current = merge_pointer(self%definite, self%indefinite, lower)
       a = sparse_matrix(self, c_loc(values))
-      ! CHOLMOD is compiled for four threads, whatever OpenMP was told.
-      threads = 1
-      !$ threads = omp_get_max_threads()
-      if (self%options%threads > 0) threads = self%options%threads
-      !$omp teams num_teams(1) thread_limit(threads) default(shared)
+      ! CHOLMOD is compiled for four threads, whatever OpenMP was told; those of the BLAS do the work.
+      !$omp teams num_teams(1) thread_limit(1) default(shared)
       done = cholmod_factorize(a, self%current, self%common)
       !$omp end teams
       if (done == 0 .or. self%common%status < cholmod_ok) then

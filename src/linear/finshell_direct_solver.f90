@@ -11,9 +11,10 @@ module finshell_direct_solver
 
    !> What a user may choose.
    type :: solver_options_t
-      character(len=:), allocatable :: solver !< a word of finshell_back_ends; not allocated: 'auto'
+      character(len=:), allocatable :: solver !< 'mumps', 'suitesparse', 'iterative', or 'auto' (also if not allocated)
       real(dp) :: low_rank = 0 !< blocks of the factor are compressed to this relative accuracy; 0: not at all
       logical :: out_of_core = .false. !< keep the factor on disk, in TMPDIR
+      real(dp) :: memory = 0 !< bytes for the factor, beyond which it is kept on disk; 0: as many as the machine has left
       integer :: threads = 0 !< of the solver; 0: as OpenMP would
    end type solver_options_t
 
@@ -27,6 +28,8 @@ module finshell_direct_solver
 
    type, abstract :: direct_solver_t
       type(solver_options_t) :: options !< to be set before `analyse`
+      logical :: approximate = .false. !< the factors are: solutions need an iteration (finshell_refinement)
+      logical :: on_disk = .false. !< after `analyse`: the factors will be
       logical :: definite_only = .false. !< after `analyse`: others, where there are any, are faster for indefinite matrices
    contains
       procedure(analyse_interface), deferred :: analyse

@@ -11,11 +11,16 @@
 !> A matrix is called singular when a vector v has |A v| <= singular_tolerance |v| in that measure.
 module finshell_linear_solver
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use finshell_blas_threads, only: to_blas, to_openmp
    use finshell_back_ends, only: choose_solvers, lack_of_solver
    use finshell_direct_solver, only: direct_solver_t, pivots_t, solver_options_t
    use finshell_error, only: error_t, raise, text_of
+   use finshell_gmres, only: factored_t
+   use finshell_inspection, only: examine, finding_t, inspect
    use finshell_kinds, only: dp
    use finshell_matrix_scale, only: equilibrate, initial_scale, shifted
+   use finshell_memory, only: memory_left
+   use finshell_refinement, only: refine
    use finshell_sparsity, only: sparsity_t
    use finshell_status, only: status_invalid_argument, status_not_a_number, status_singular_matrix
    use finshell_team, only: agree, shared
@@ -26,13 +31,17 @@ module finshell_linear_solver
    !> A pivot smaller than this part of its diagonal asks for a closer look.
    real(dp), parameter :: suspicious_pivot = 1e-5_dp
    !> Relative diagonal shift after a zero pivot: growth 1/shift and error shift meet at half the digits.
-   real(dp), parameter :: diagonal_shift = 1e-8_dp
+   real(dp), parameter :: diagonal_shift = 1e-8_dp, approximate_shift = 1e-6_dp
    !> Relative residual beyond which a solution is refused.
    real(dp), parameter :: refused_residual = 1e-5_dp
-   integer, parameter :: most_refinements = 30
+   !> The same with approximate factors, which say nothing about how much is to be had; and what is then said.
+   real(dp), parameter :: approximate_residual = 1e-10_dp
+   character(len=*), parameter :: advice = ', the matrix is too close to singular for approximate factors: exact ones are ' &
+                                  //"needed (solver = 'auto', low_rank = 0)"
+   character(len=len(advice)), parameter :: close_to_singular = ': the matrix is close to singular'
 
    !> A copy by assignment has the pattern but no factors: it analyses and factorises for itself.
-   type :: linear_solver_t
+   type, extends(factored_t) :: linear_solver_t
       !> Below this the solution has no digit left. Singular matrices come to 1 epsilon, shells of thickness over size 1e-6 to 7.
       real(dp) :: singular_tolerance = 5*epsilon(1.0_dp)
       integer :: negative_pivots = -1 !< of the last factorisation, as many as negative eigenvalues; -1: unknown (unsymmetric)
@@ -43,7 +52,7 @@ module finshell_linear_solver
       real(dp) :: smallest_pivot = 0 !< relative to the diagonal, last symmetric factorisation
       integer :: refinements = 0 !< most taken for a right-hand side of the last solve
       real(dp) :: residual = 0 !< largest relative residual of the last solve
-      integer :: analyses = 0 !< orderings
+      integer :: analyses = 0 !< orderings: one for all that has this pattern
       integer :: factorisations = 0 !< numeric ones tried, including failed ones
       type(solver_options_t) :: options !< to be set before `analyse`
       type(sparsity_t), private :: pattern
@@ -60,8 +69,11 @@ module finshell_linear_solver
       procedure :: free
       procedure :: prepare
       procedure :: memory
+      procedure :: on_disk
       procedure, private :: solve_one, solve_many, factorise_by_one, try
-      procedure, private :: backend, examine, refine
+      procedure :: multiply
+      procedure :: backend
+      procedure, private :: check_factors, approximate
       procedure, private :: copy
       generic :: assignment(=) => copy
    end type linear_solver_t
@@ -70,13 +82,17 @@ contains
 
    !> Take over a pattern. It is analysed when it is first factorised, or by `prepare`.
    !> Errors: status_invalid_argument for a solver that this build does not have.
-   subroutine analyse(self, pattern, error)
+   subroutine analyse(self, pattern, error, order_of)
       class(linear_solver_t), intent(inout) :: self
       type(sparsity_t), intent(in) :: pattern
       type(error_t), allocatable, intent(out) :: error
+      type(linear_solver_t), intent(in), optional :: order_of !< its order of the equations serves, if it has one for the same number
       character(len=:), allocatable :: reason
       call self%free()
       self%pattern = pattern
+      if (present(order_of)) then
+         if (allocated(order_of%order) .and. order_of%pattern%n == pattern%n) self%order = order_of%order
+      end if
       self%expect_definite = .true.
       reason = lack_of_solver(self%options, shared(self%pattern%team))
       if (reason /= '') call raise(error, status_invalid_argument, reason)
@@ -86,19 +102,31 @@ contains
    subroutine prepare(self, error)
       class(linear_solver_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
+      type(solver_options_t) :: with_disk
+      class(direct_solver_t), allocatable :: other
       if (self%pattern%n == 0 .or. allocated(self%first)) return
       call choose_solvers(self%options, self%pattern%symmetric, shared(self%pattern%team), self%first, self%second)
       if (.not. allocated(self%first)) then
          call raise(error, status_invalid_argument, 'this finshell was built without a solver for this matrix')
          return
       end if
+      if (.not. allocated(self%order)) self%analyses = self%analyses + 1
       call self%first%analyse(self%pattern, self%order, error)
       if (allocated(error)) then
          deallocate (self%first)
          return
       end if
-      self%analyses = self%analyses + 1
       if (.not. self%first%definite_only .and. allocated(self%second)) deallocate (self%second)
+      ! What does not fit in memory goes to a solver that can work on disk, in the order that was found.
+      if (self%first%on_disk .or. self%first%memory() < memory_left(self%options%memory)) return
+      with_disk = self%options
+      with_disk%out_of_core = .true.
+      if (lack_of_solver(with_disk, shared(self%pattern%team)) /= '') return
+      call choose_solvers(with_disk, self%pattern%symmetric, shared(self%pattern%team), other, self%second)
+      call self%first%free()
+      call move_alloc(other, self%first)
+      call self%first%analyse(self%pattern, self%order, error)
+      if (allocated(error)) deallocate (self%first)
    end subroutine prepare
 
    !> Bytes of the factors; 0 before `prepare`.
@@ -108,6 +136,14 @@ contains
       if (allocated(self%first)) memory = self%first%memory()
       if (self%by_second) memory = self%second%memory()
    end function memory
+
+   !> Whether the factors are, or will be.
+   pure logical function on_disk(self)
+      class(linear_solver_t), intent(in) :: self
+      on_disk = .false.
+      if (allocated(self%first)) on_disk = self%first%on_disk
+      if (self%by_second) on_disk = self%second%on_disk
+   end function on_disk
 
    !> Factorise the matrix with these values.
    !>
@@ -162,6 +198,7 @@ contains
       class(linear_solver_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
       type(pivots_t) :: pivots
+      real(dp) :: shift
       logical :: as_definite
 
       as_definite = self%pattern%symmetric .and. self%expect_definite .and. self%first%definite_only
@@ -176,7 +213,8 @@ contains
       end if
       if (.not. pivots%ok) then
          ! With pivoting this is the end; the shift then only serves to find the null vector.
-         call self%try(shifted(self%pattern, self%values, self%scale, diagonal_shift), .false., pivots, error)
+         shift = merge(approximate_shift, diagonal_shift, self%approximate())
+         call self%try(shifted(self%pattern, self%values, self%scale, shift), .false., pivots, error)
          if (allocated(error)) return
          if (.not. pivots%ok) then
             call raise(error, status_singular_matrix, 'a pivot is zero even after a shift of the diagonal')
@@ -188,9 +226,9 @@ contains
       self%smallest_pivot = pivots%smallest
       self%negative_pivots = pivots%negative
       self%determinant_sign = pivots%determinant_sign
-      self%definite = pivots%negative == 0
+      if (self%approximate() .or. pivots%smallest < suspicious_pivot) call self%check_factors(error)
+      self%definite = self%negative_pivots == 0
       self%expect_definite = self%definite
-      if (pivots%smallest < suspicious_pivot) call self%examine(error)
    end subroutine factorise_by_one
 
    !> Let the solver for such matrices factorise.
@@ -202,14 +240,18 @@ contains
       type(error_t), allocatable, intent(out) :: error
       self%factorisations = self%factorisations + 1
       self%by_second = .not. definite .and. allocated(self%second)
-      if (.not. self%by_second) then
-         call self%first%factorise(values, self%scale, definite, pivots, error)
-         return
+      if (self%by_second .and. .not. self%second_ready) then
+         call self%second%analyse(self%pattern, self%order, error)
+         if (allocated(error)) return
+         self%second_ready = .true.
       end if
-      if (.not. self%second_ready) call self%second%analyse(self%pattern, self%order, error)
-      if (allocated(error)) return
-      self%second_ready = .true.
-      call self%second%factorise(values, self%scale, definite, pivots, error)
+      call to_blas(self%options%threads)
+      if (self%by_second) then
+         call self%second%factorise(values, self%scale, definite, pivots, error)
+      else
+         call self%first%factorise(values, self%scale, definite, pivots, error)
+      end if
+      call to_openmp()
    end subroutine try
 
    !> Solve for one right-hand side.
@@ -232,7 +274,8 @@ contains
       real(dp), intent(in), contiguous :: rhs(:, :) !< (n, right-hand sides)
       real(dp), intent(inout), contiguous :: x(:, :) !< (n, right-hand sides) the solutions
       type(error_t), allocatable, intent(out) :: error
-      integer :: j
+      integer :: j, steps
+      real(dp) :: left
 
       self%refinements = 0
       self%residual = 0
@@ -248,7 +291,13 @@ contains
       call self%backend(rhs, x, error)
       do j = 1, size(rhs, 2)
          if (allocated(error)) return
-         call self%refine(rhs(:, j), x(:, j), error)
+         call refine(self, self%scale, self%approximate(), rhs(:, j), x(:, j), steps, left, error)
+         if (allocated(error)) return
+         self%refinements = max(self%refinements, steps)
+         self%residual = max(self%residual, left)
+         if (left <= merge(approximate_residual, refused_residual, self%approximate())) cycle
+         call raise(error, status_singular_matrix, 'the linear system was solved only to a relative residual of '//text_of(left) &
+                    //trim(merge(advice, close_to_singular, self%approximate())))
       end do
    end subroutine solve_many
 
@@ -263,97 +312,47 @@ contains
       if (allocated(self%values)) call self%pattern%multiply(self%values, x, unused, y)
    end subroutine magnitude
 
-   !> Add corrections from the residual while they halve it.
-   subroutine refine(self, b, x, error)
-      class(linear_solver_t), intent(inout) :: self
-      real(dp), intent(in) :: b(:)
-      real(dp), intent(inout) :: x(:)
-      type(error_t), allocatable, intent(out) :: error
-      real(dp), allocatable :: r(:), better(:), size_of(:), dx(:, :)
-      real(dp) :: before, after
-      integer :: k
+   !> See finshell_gmres.
+   subroutine multiply(self, x, y, y_abs)
+      class(linear_solver_t), intent(in) :: self
+      real(dp), intent(in) :: x(:)
+      real(dp), intent(out), contiguous :: y(:), y_abs(:)
+      call self%pattern%multiply(self%values, x, y, y_abs)
+   end subroutine multiply
 
-      allocate (r(size(b)), size_of(size(b)), dx(size(b), 1))
-      call measure(x, before)
-      do k = 1, most_refinements
-         if (before <= epsilon(before)) exit
-         call self%backend(reshape(r, [size(b), 1]), dx, error)
-         if (allocated(error)) return
-         better = x + dx(:, 1)
-         call measure(better, after)
-         if (.not. after < before) exit
-         x = better
-         self%refinements = max(self%refinements, k)
-         if (after > 0.5_dp*before) then
-            before = after
-            exit
-         end if
-         before = after
-      end do
-      self%residual = max(self%residual, before)
-      if (.not. before <= refused_residual) then
-         call raise(error, status_singular_matrix, 'the linear system was solved only to a relative residual of '// &
-                    text_of(before)//': the matrix is close to singular')
+   !> Whether the factors are.
+   pure logical function approximate(self)
+      class(linear_solver_t), intent(in) :: self
+      approximate = .false.
+      if (allocated(self%first)) approximate = self%first%approximate
+      if (self%by_second) approximate = self%second%approximate
+   end function approximate
+
+   !> Is the matrix singular? What approximate factors say about its eigenvalues is corrected.
+   subroutine check_factors(self, error)
+      class(linear_solver_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+      type(finding_t) :: finding
+      if (self%approximate()) then
+         call inspect(self, self%scale, self%singular_tolerance, finding, error)
+      else
+         call examine(self, self%scale, self%singular_tolerance, finding, error)
       end if
+      if (allocated(error)) return
+      if (finding%singular_equation > 0) then
+         self%singular_equation = finding%singular_equation
+         if (allocated(finding%null_vector)) call move_alloc(finding%null_vector, self%null_vector)
+         self%determinant_sign = 0
+         call raise(error, status_singular_matrix, 'the matrix is singular; its null vector is largest in equation '// &
+                    text_of(self%singular_equation))
+      else if (.not. finding%known) then
+         call raise(error, status_singular_matrix, 'an iteration with the factors does not converge'//advice)
+      end if
+      self%determinant_sign = self%determinant_sign*(1 - 2*mod(finding%passed, 2))
+      if (self%pattern%symmetric) self%negative_pivots = self%negative_pivots + finding%more_negative
+   end subroutine check_factors
 
-   contains
-
-      subroutine measure(solution, relative)
-         real(dp), intent(in) :: solution(:)
-         real(dp), intent(out) :: relative
-         real(dp) :: largest
-         call self%pattern%multiply(self%values, solution, r, size_of)
-         r = b - r
-         largest = maxval((size_of + abs(b))/self%scale)
-         relative = 0
-         if (largest > 0) relative = maxval(abs(r)/self%scale)/largest
-         ! maxval passes over NaN.
-         if (.not. all(ieee_is_finite(r))) relative = huge(relative)
-      end subroutine measure
-   end subroutine refine
-
-   !> Look for a vector that the matrix takes to nothing, by inverse iteration (once is enough, unless there is a shift).
-   subroutine examine(self, error)
-      class(linear_solver_t), intent(inout) :: self
-      type(error_t), allocatable, intent(out) :: error
-      real(dp), allocatable :: b(:, :), v(:, :)
-      real(dp) :: reduction, previous
-      integer :: i, k, seed
-
-      allocate (b(self%pattern%n, 1), v(self%pattern%n, 1))
-      ! Numbers without pattern: a null vector orthogonal to them is as good as impossible.
-      seed = 12345
-      do i = 1, self%pattern%n
-         seed = mod(1103*seed + 12721, 65536)
-         b(i, 1) = (real(seed, dp)/32768 - 1)*self%scale(i)
-      end do
-      previous = 1
-      do k = 1, most_refinements
-         call self%backend(b, v, error)
-         if (allocated(error)) return
-         if (.not. all(ieee_is_finite(v))) then
-            self%singular_equation = minloc(self%scale, 1)
-            exit
-         end if
-         i = maxloc(abs(v(:, 1))*self%scale, 1)
-         v = v/v(i, 1)
-         call self%pattern%multiply(self%values, v(:, 1), b(:, 1))
-         reduction = norm2(b(:, 1)/self%scale)/norm2(v(:, 1)*self%scale)
-         if (reduction <= self%singular_tolerance) then
-            self%singular_equation = i
-            self%null_vector = v(:, 1)
-            exit
-         end if
-         if (reduction > 0.1_dp*previous) return
-         previous = reduction
-         b(:, 1) = v(:, 1)*self%scale**2
-      end do
-      if (self%singular_equation == 0) return
-      self%determinant_sign = 0
-      call raise(error, status_singular_matrix, 'the matrix is singular; its null vector is largest in equation '// &
-                 text_of(self%singular_equation))
-   end subroutine examine
-
+   !> See finshell_gmres.
    subroutine backend(self, b, x, error)
       class(linear_solver_t), intent(inout) :: self
       real(dp), intent(in), contiguous :: b(:, :)

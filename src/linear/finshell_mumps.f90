@@ -1,10 +1,17 @@
 !> MUMPS: L D L^T of a symmetric matrix with pivots of one and two rows, or L U of an unsymmetric one. Its pivoting makes the
 !> count of negative pivots exact where the matrix is indefinite, and its supernodes make it fast.
+!>
+!> In single precision factor and time are halved; the caller then needs an iteration to bring the digits back.
 module finshell_mumps
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_float, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr
    use finshell_direct_solver, only: direct_solver_t, pivots_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: dp
+   use finshell_memory, only: memory_left
+   use finshell_mumps_c, only: finshell_mumps_call, finshell_mumps_close, finshell_mumps_cntl, finshell_mumps_icntl, &
+                               finshell_mumps_infog, finshell_mumps_local_matrix, finshell_mumps_matrix, finshell_mumps_open, &
+                               finshell_mumps_order, finshell_mumps_rhs, finshell_mumps_rinfog, finshell_mumps_scaling, &
+                               finshell_mumps_sym_perm
    use finshell_sparsity, only: sparsity_t
    use finshell_status, only: status_invalid_argument, status_out_of_memory
    use finshell_team, only: from_first, shared, team_t
@@ -23,17 +30,17 @@ module finshell_mumps
 
    !> One analysed matrix. A copy by assignment is empty: factors are not shared and must be made anew.
    type, extends(direct_solver_t) :: mumps_t
-      private
-      integer :: n = 0
-      logical :: symmetric = .true.
-      class(team_t), pointer :: team => null()
-      logical :: factorised = .false.
-      type(c_ptr) :: handle = c_null_ptr
-      integer(c_int), pointer, contiguous :: row(:) => null(), column(:) => null(), position(:) => null()
-      real(c_double), pointer, contiguous :: scaling(:) => null()
-      real(dp) :: bytes = 0
-      integer(c_int), pointer :: icntl(:) => null(), infog(:) => null()
-      real(c_double), pointer :: cntl(:) => null(), rinfog(:) => null()
+      logical :: single = .false. !< to be set before `analyse`
+      integer, private :: n = 0
+      logical, private :: symmetric = .true.
+      class(team_t), pointer, private :: team => null()
+      logical, private :: factorised = .false.
+      type(c_ptr), private :: handle = c_null_ptr
+      integer(c_int), pointer, contiguous, private :: row(:) => null(), column(:) => null(), position(:) => null()
+      real(c_double), pointer, contiguous, private :: scaling(:) => null()
+      real(c_float), pointer, contiguous, private :: rounded(:) => null() ! values, scaled before they are rounded
+      real(dp), private :: bytes = 0
+      integer(c_int), pointer, private :: icntl(:) => null(), infog(:) => null()
    contains
       procedure :: analyse
       procedure :: factorise
@@ -45,79 +52,6 @@ module finshell_mumps
       generic :: assignment(=) => copy
       final :: finalise
    end type mumps_t
-
-   interface
-      type(c_ptr) function finshell_mumps_open(symmetry, communicator) bind(C)
-         import :: c_ptr, c_int
-         integer(c_int), value :: symmetry, communicator
-      end function finshell_mumps_open
-
-      subroutine finshell_mumps_call(handle, job) bind(C)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: handle
-         integer(c_int), value :: job
-      end subroutine finshell_mumps_call
-
-      subroutine finshell_mumps_close(handle) bind(C)
-         import :: c_ptr
-         type(c_ptr), value :: handle
-      end subroutine finshell_mumps_close
-
-      type(c_ptr) function finshell_mumps_icntl(handle) bind(C)
-         import :: c_ptr
-         type(c_ptr), value :: handle
-      end function finshell_mumps_icntl
-
-      type(c_ptr) function finshell_mumps_cntl(handle) bind(C)
-         import :: c_ptr
-         type(c_ptr), value :: handle
-      end function finshell_mumps_cntl
-
-      type(c_ptr) function finshell_mumps_infog(handle) bind(C)
-         import :: c_ptr
-         type(c_ptr), value :: handle
-      end function finshell_mumps_infog
-
-      type(c_ptr) function finshell_mumps_rinfog(handle) bind(C)
-         import :: c_ptr
-         type(c_ptr), value :: handle
-      end function finshell_mumps_rinfog
-
-      type(c_ptr) function finshell_mumps_sym_perm(handle) bind(C)
-         import :: c_ptr
-         type(c_ptr), value :: handle
-      end function finshell_mumps_sym_perm
-
-      subroutine finshell_mumps_matrix(handle, n, entries, rows, columns, values) bind(C)
-         import :: c_ptr, c_int, c_int64_t
-         type(c_ptr), value :: handle, rows, columns, values
-         integer(c_int), value :: n
-         integer(c_int64_t), value :: entries
-      end subroutine finshell_mumps_matrix
-
-      subroutine finshell_mumps_local_matrix(handle, n, entries, rows, columns, values) bind(C)
-         import :: c_ptr, c_int, c_int64_t
-         type(c_ptr), value :: handle, rows, columns, values
-         integer(c_int), value :: n
-         integer(c_int64_t), value :: entries
-      end subroutine finshell_mumps_local_matrix
-
-      subroutine finshell_mumps_order(handle, position) bind(C)
-         import :: c_ptr
-         type(c_ptr), value :: handle, position
-      end subroutine finshell_mumps_order
-
-      subroutine finshell_mumps_scaling(handle, rows, columns) bind(C)
-         import :: c_ptr
-         type(c_ptr), value :: handle, rows, columns
-      end subroutine finshell_mumps_scaling
-
-      subroutine finshell_mumps_rhs(handle, rhs, n, count) bind(C)
-         import :: c_ptr, c_int
-         type(c_ptr), value :: handle, rhs
-         integer(c_int), value :: n, count
-      end subroutine finshell_mumps_rhs
-   end interface
 
 contains
 
@@ -154,7 +88,9 @@ contains
          call self%free()
          return
       end if
-      self%bytes = 1e6_dp*self%infog(17)
+      self%bytes = 1e6_dp*max(1, self%infog(merge(36, 16, self%options%low_rank > 0))) ! megabytes, rounded down
+      self%on_disk = self%options%out_of_core .or. self%bytes > memory_left(self%options%memory)
+      if (self%on_disk) self%icntl(22) = 1
       if (.not. allocated(order)) then
          call c_f_pointer(finshell_mumps_sym_perm(self%handle), found, [self%n])
          allocate (order(self%n))
@@ -182,29 +118,28 @@ contains
       integer(c_int) :: communicator
       communicator = world
       if (shared(self%team)) communicator = self%team%communicator
-      self%handle = finshell_mumps_open(merge(2, 0, self%symmetric), communicator)
+      self%handle = finshell_mumps_open(merge(1, 0, self%single), merge(2, 0, self%symmetric), communicator)
       if (.not. c_associated(self%handle)) then
          call raise(error, status_out_of_memory, 'MUMPS does not start')
          return
       end if
       call c_f_pointer(finshell_mumps_icntl(self%handle), self%icntl, [60])
       call c_f_pointer(finshell_mumps_infog(self%handle), self%infog, [80])
-      call c_f_pointer(finshell_mumps_cntl(self%handle), self%cntl, [15])
-      call c_f_pointer(finshell_mumps_rinfog(self%handle), self%rinfog, [40])
+      self%approximate = self%single .or. self%options%low_rank > 0
       self%icntl(1:3) = -1 ! prints nothing
       self%icntl(4) = 0
       self%icntl(6) = 0 ! no matching of rows and columns
       self%icntl(8) = merge(7, -1, shared(self%team)) ! the scaling is ours, but of a matrix in parts MUMPS takes its own only
+      if (self%single) self%icntl(8) = 0 ! done before
       self%icntl(10) = 0 ! the caller refines
       self%icntl(12) = 1 ! no ordering by pairs of rows
       self%icntl(13) = 1 ! the last front as all others: its negative pivots are counted
       self%icntl(14) = 30 ! % of memory for pivots that are put off
       self%icntl(18) = merge(3, 0, shared(self%team)) ! parts of the matrix
-      self%icntl(22) = merge(1, 0, self%options%out_of_core)
       self%icntl(33) = merge(0, 1, self%symmetric)
       if (self%options%low_rank > 0) then
          self%icntl(35) = 2
-         self%cntl(7) = self%options%low_rank
+         call finshell_mumps_cntl(self%handle, 7, self%options%low_rank)
       end if
    end subroutine open
 
@@ -221,9 +156,15 @@ contains
       self%factorised = .false.
       if (.not. associated(self%scaling)) allocate (self%scaling(self%n))
       self%scaling = 1/scale
-      if (.not. shared(self%team)) call finshell_mumps_scaling(self%handle, c_loc(self%scaling), c_loc(self%scaling))
-      call give_matrix(self, c_loc(values))
-      self%cntl(1) = merge(0.0_dp, pivot_threshold, definite .and. self%symmetric)
+      if (self%single) then
+         if (.not. associated(self%rounded)) allocate (self%rounded(size(self%row)))
+         self%rounded = real(values*self%scaling(self%row)*self%scaling(self%column), c_float)
+         call give_matrix(self, c_loc(self%rounded))
+      else
+         if (.not. shared(self%team)) call finshell_mumps_scaling(self%handle, c_loc(self%scaling), c_loc(self%scaling))
+         call give_matrix(self, c_loc(values))
+      end if
+      call finshell_mumps_cntl(self%handle, 1, merge(0.0_dp, pivot_threshold, definite .and. self%symmetric))
       do k = 1, most_enlargements
          call finshell_mumps_call(self%handle, job_factorise)
          if (.not. any(self%infog(1) == too_small)) exit
@@ -236,14 +177,14 @@ contains
       end if
       self%bytes = 1e6_dp*self%infog(22)
       pivots%ok = .true.
-      pivots%smallest = self%rinfog(19)
+      pivots%smallest = finshell_mumps_rinfog(self%handle, 19)
       if (self%symmetric) then
          pivots%negative = self%infog(12)
          pivots%determinant_sign = 1 - 2*mod(pivots%negative, 2)
          ! Without pivoting, an indefinite matrix may have lost its digits.
          if (definite .and. pivots%negative > 0) pivots%ok = .false.
       else
-         pivots%determinant_sign = int(sign(1.0_dp, self%rinfog(12)))
+         pivots%determinant_sign = int(sign(1.0_dp, finshell_mumps_rinfog(self%handle, 12)))
       end if
       self%factorised = pivots%ok
    end subroutine factorise
@@ -254,15 +195,32 @@ contains
       real(dp), intent(in), target, contiguous :: b(:, :)
       real(dp), intent(inout), target, contiguous :: x(:, :)
       type(error_t), allocatable, intent(out) :: error
+      real(c_float), allocatable, target :: rounded(:, :)
+      real(dp) :: large(size(b, 2))
       integer :: j
       if (.not. self%factorised) then
          call raise(error, status_invalid_argument, 'solution asked for before a successful factorisation')
          return
       end if
-      x = b
-      call finshell_mumps_rhs(self%handle, c_loc(x), self%n, size(b, 2))
+      if (self%single) then
+         allocate (rounded(self%n, size(b, 2)))
+         do j = 1, size(b, 2)
+            ! of unit size, so that nothing leaves the range of single precision
+            large(j) = max(maxval(abs(b(:, j)*self%scaling)), tiny(1.0_dp))
+            rounded(:, j) = real(b(:, j)*self%scaling/large(j), c_float)
+         end do
+         call finshell_mumps_rhs(self%handle, c_loc(rounded), self%n, size(b, 2))
+      else
+         x = b
+         call finshell_mumps_rhs(self%handle, c_loc(x), self%n, size(b, 2))
+      end if
       call finshell_mumps_call(self%handle, job_solve)
       if (self%infog(1) < 0) call report(self%infog, self%n, error)
+      if (self%single) then
+         do j = 1, size(b, 2)
+            x(:, j) = large(j)*self%scaling*rounded(:, j)
+         end do
+      end if
       do j = 1, size(x, 2)
          call from_first(self%team, x(:, j))
       end do
@@ -283,7 +241,9 @@ contains
       if (associated(self%column)) deallocate (self%column)
       if (associated(self%position)) deallocate (self%position)
       if (associated(self%scaling)) deallocate (self%scaling)
-      nullify (self%icntl, self%infog, self%cntl, self%rinfog)
+      if (associated(self%rounded)) deallocate (self%rounded)
+      nullify (self%icntl, self%infog)
+      self%on_disk = .false.
       self%factorised = .false.
       self%bytes = 0
       self%n = 0
@@ -296,6 +256,7 @@ contains
       if (c_associated(self%handle, other%handle)) return
       call self%free()
       self%options = other%options
+      self%single = other%single
    end subroutine copy
 
    subroutine finalise(self)

@@ -13,6 +13,7 @@ module finshell_input
    use finshell_input_normals, only: normals_choice_t, apply_normals
    use finshell_input_mesh, only: read_mesh, read_node_set, read_element_set
    use finshell_input_section, only: named_material_t, read_material, read_section, check_sections
+   use finshell_input_solver, only: solver_choice_t, read_solver
    use finshell_input_support, only: read_support, check_supports
    use finshell_factor, only: by_constant_factor
    use finshell_input_load, only: read_load
@@ -33,6 +34,7 @@ module finshell_input
       character(len=:), allocatable :: title
       character(len=:), allocatable :: name !< of the job: its files are NAME.vtkhdf, NAME.xdmf, NAME.history.csv
       integer :: threads = 0 !< 0: as OpenMP would
+      type(solver_choice_t) :: solver
       type(structure_t) :: structure
       type(step_t), allocatable :: steps(:)
       integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
@@ -131,6 +133,7 @@ contains
             call get(group, 'name', input%name, error, default=input%name)
             call check_name(group, 'name', input%name, error)
             call get(group, 'threads', input%threads, error, default=0, minimum=0, maximum=1024)
+            call read_solver(group, input%solver, error)
             call check_all_used(group, error)
          end associate
       end do

@@ -13,6 +13,7 @@ module finshell_input_mesh
    use finshell_mesh_annulus, only: annulus_mesh
    use finshell_mesh_strip, only: strip_mesh
    use finshell_gmsh, only: read_gmsh
+   use finshell_back_ends, only: can_work_on_disk
    use finshell_memory, only: lack_of_memory
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_normals, only: normals_choice_t, read_normals
@@ -88,7 +89,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: reason
       if (allocated(error)) return
-      reason = lack_of_memory(nodes)
+      reason = lack_of_memory(nodes, can_work_on_disk())
       if (reason /= '') call complain_about(group, '', reason, error)
    end subroutine check_memory
 

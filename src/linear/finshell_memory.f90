@@ -4,7 +4,7 @@ module finshell_memory
    use finshell_kinds, only: i8, wp
    implicit none
    private
-   public :: lack_of_memory, memory_needed
+   public :: lack_of_memory, memory_left, memory_needed
 
    real(wp), parameter :: gigabyte = 1.0e9_wp
    !> Address space that OpenBLAS (which waits for ever where it does not get it) and the stacks of threads reserve beside that.
@@ -12,37 +12,50 @@ module finshell_memory
 
 contains
 
-   !> Bytes that a model needs, nearly all of them for the factor of its matrix. Measured for symmetric matrices of 1 700 to 100 000
-   !> nodes: 13.5 to 15 kB a node and 20 MB; unsymmetric ones need more.
-   pure real(wp) function memory_needed(nodes)
+   !> Bytes that a model needs, most of them for the factor of its matrix unless that is on disk. Measured for symmetric matrices of
+   !> 1 700 to 51 000 nodes: 17 to 19 kB a node and 40 MB, 7.5 to 8.5 kB with the factor on disk; unsymmetric ones need more.
+   pure real(wp) function memory_needed(nodes, on_disk)
       real(wp), intent(in) :: nodes
-      memory_needed = 2.0e7_wp + nodes*(9.0e3_wp + 3.0e2_wp*log(max(nodes, 2.0_wp))/log(2.0_wp))
+      logical, intent(in) :: on_disk
+      real(wp) :: doublings
+      doublings = log(max(nodes, 2.0_wp))/log(2.0_wp)
+      memory_needed = 4.0e7_wp + nodes*merge(2.0e3_wp + 4.0e2_wp*doublings, 1.1e4_wp + 4.5e2_wp*doublings, on_disk)
    end function memory_needed
 
    !> '' if so many nodes fit, else a sentence. A fifth is left to the error of the estimate.
-   function lack_of_memory(nodes) result(reason)
+   function lack_of_memory(nodes, on_disk) result(reason)
       real(wp), intent(in) :: nodes
+      logical, intent(in) :: on_disk !< the factor may be
       character(len=:), allocatable :: reason
       real(wp) :: left, needed
       character(len=9) :: needed_text, left_text, nodes_text
       reason = ''
-      needed = memory_needed(nodes)
-      left = memory_left()
+      needed = memory_needed(nodes, on_disk)
+      left = machine_memory_left()
       if (0.8_wp*needed < left) then
          needed = needed + reserved
          left = address_space_left()
-         if (0.8_wp*memory_needed(nodes) + reserved < left) return
+         if (0.8_wp*memory_needed(nodes, on_disk) + reserved < left) return
       end if
       write (needed_text, '(f9.2)') needed/gigabyte
       write (left_text, '(f9.2)') left/gigabyte
       write (nodes_text, '(es9.2)') nodes
       reason = 'the model has '//trim(adjustl(nodes_text))//' nodes and needs about '//trim(adjustl(needed_text)) &
-         //' GB of memory, most of it for the factor of the matrix; there are '//trim(adjustl(left_text)) &
+         //' GB of memory, ' &
+         //trim(merge('with the factor of its matrix on disk  ', 'most of it for the factor of the matrix', on_disk)) &
+         //'; there are '//trim(adjustl(left_text)) &
          //' GB (see free -g and ulimit -v)'
    end function lack_of_memory
 
+   !> Bytes that may still be taken: what is given, or 0 for all that this machine has for this process.
+   real(wp) function memory_left(given) result(left)
+      real(wp), intent(in) :: given
+      left = given
+      if (.not. given > 0) left = min(machine_memory_left(), max(0.0_wp, address_space_left() - reserved))
+   end function memory_left
+
    !> Bytes that this process may still take, of the machine and of its control group.
-   real(wp) function memory_left() result(left)
+   real(wp) function machine_memory_left() result(left)
       real(wp) :: limit, used
       left = huge(left)
       limit = 1024*number_in('/proc/meminfo', 'MemAvailable:')
@@ -50,7 +63,7 @@ contains
       limit = number_in('/sys/fs/cgroup/memory.max', '')
       used = number_in('/sys/fs/cgroup/memory.current', '')
       if (limit >= 0 .and. used >= 0) left = min(left, max(0.0_wp, limit - used))
-   end function memory_left
+   end function machine_memory_left
 
    !> Bytes of address space that are left (ulimit -v).
    real(wp) function address_space_left() result(left)
