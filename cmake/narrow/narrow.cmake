@@ -2,7 +2,7 @@
 #
 # Blocks of `lanes` elements side by side are what is fast; a call for one element would fill a block with copies of it. So
 # everything that knows `lanes` is copied with the names of its modules changed to finshell_narrow_*; the copy of finshell_kinds
-# says lanes = 1. Only finshell_few is not copied but changed: it uses the narrow modules. Sections and laws are shared.
+# says lanes = 1. Only finshell_single is not copied but changed: it uses the narrow modules. Sections and laws are shared.
 #
 # Included: narrow_kernel(variable source...) sets the list of sources with the narrow ones. As a script: writes them.
 #   cmake -D "SOURCES=.../finshell_a.f90;..." -D "OUTPUTS=.../finshell_narrow_a.f90;..." -D "MODULES=a;..." -P narrow.cmake
@@ -11,14 +11,14 @@ function(narrow_kernel variable)
   set(folder ${CMAKE_BINARY_DIR}/narrow)
   set(narrow ${ARGN})
   list(FILTER narrow INCLUDE REGEX
-    "/(base/finshell_kinds|section/[a-z0-9_]+|element/[a-z0-9_]+|batch/finshell_(block|chunk|membrane_chunk|few))\\.[fF]90$")
+    "/(base/finshell_kinds|section/[a-z0-9_]+|element/[a-z0-9_]+|batch/finshell_(block|chunk|membrane_chunk|single))\\.[fF]90$")
   list(FILTER narrow EXCLUDE REGEX "/finshell_section\\.f90$")
   set(modules)
   set(outputs)
   foreach(source IN LISTS narrow)
     cmake_path(GET source FILENAME file)
     cmake_path(GET source STEM name)
-    if(NOT name STREQUAL finshell_few)
+    if(NOT name STREQUAL finshell_single)
       string(REPLACE finshell_ "" module ${name})
       list(APPEND modules ${module})
       string(REPLACE finshell_ finshell_narrow_ file ${file})
@@ -38,7 +38,7 @@ function(narrow_kernel variable)
       -P ${CMAKE_CURRENT_FUNCTION_LIST_FILE}
     DEPENDS ${narrow} ${CMAKE_CURRENT_FUNCTION_LIST_FILE} VERBATIM)
   set(sources ${ARGN} ${outputs})
-  list(FILTER sources EXCLUDE REGEX "/src/batch/finshell_few\\.f90$")
+  list(FILTER sources EXCLUDE REGEX "/src/batch/finshell_single\\.f90$")
   set(${variable} ${sources} PARENT_SCOPE)
 endfunction()
 

@@ -2,8 +2,8 @@
 !>
 !> Assembly, C interface and tests all come through here. Elements are gathered into blocks of `lanes`, evaluated side by side
 !> and scattered back; every element is computed by the same operations wherever it stands, so results do not depend on the
-!> number of threads nor on how a mesh is split into calls. Calls of one or two elements (finshell_few) are evaluated one by one:
-!> the same formulas, so that the results differ by rounding alone.
+!> number of threads nor on how a mesh is split into calls. But for an element that is alone in its call (finshell_single): the same
+!> formulas, other instructions, so that its results differ by rounding.
 module finshell_batch
    use finshell_block, only: bad_shape, check_input, check_results, gather, vanishing
    use finshell_chunk, only: evaluate_chunk, n_resultants
@@ -13,10 +13,10 @@ module finshell_batch
       rotation_increment
    use finshell_element_fields, only: surface_stress
    use finshell_evaluation, only: level_energy, level_force, level_tangent
-   use finshell_few, only: evaluate_few, few
    use finshell_recovered, only: recovered_t
    use finshell_reference, only: side_free, side_straight, side_fixed
    use finshell_section, only: section_t
+   use finshell_single, only: evaluate_single, narrow
    use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
@@ -79,12 +79,10 @@ contains
 !$    if (.not. omp_in_parallel()) team = min(omp_get_max_threads(), 1 + blocks/blocks_per_thread)
       if (present(threads)) team = max(1, threads)
       quiet = .true.
-      if (n <= few) then
+      if (n == 1 .and. narrow) then
          call hold(environment)
-         do b = 0, n - 1
-            call evaluate_few(section, level, b, n, x, u, rotation, convention, status, energy, force, tangent, direction, state, &
+         call evaluate_single(section, level, 0, n, x, u, rotation, convention, status, energy, force, tangent, direction, state, &
                               resultants, toward, held, normal)
-         end do
          quiet = all_quiet()
          call release(environment)
       else if (team == 1 .or. blocks == 1) then

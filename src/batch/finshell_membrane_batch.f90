@@ -5,11 +5,11 @@ module finshell_membrane_batch
    use finshell_kinds, only: wp, i4, lanes
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_element_fields, only: surface_stress
-   use finshell_few, only: evaluate_few_membranes, few
    use finshell_membrane, only: membrane_t, n_membrane, recover_membrane
    use finshell_membrane_chunk, only: check_membranes, evaluate_membrane_chunk, gather_membranes
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
+   use finshell_single, only: evaluate_single_membrane, narrow
    use finshell_status, only: status_material_limit, status_ok
    use finshell_tension_field, only: state_slack, state_taut, state_wrinkled
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
@@ -54,11 +54,9 @@ contains
 !$    if (.not. omp_in_parallel()) team = min(omp_get_max_threads(), 1 + blocks/blocks_per_thread)
       if (present(threads)) team = max(1, threads)
       quiet = .true.
-      if (n <= few) then
+      if (n == 1 .and. narrow) then
          call hold(environment)
-         do b = 0, n - 1
-            call evaluate_few_membranes(section, level, b, n, x, u, status, energy, force, tangent, direction, toward, slack_energy)
-         end do
+         call evaluate_single_membrane(section, level, 0, n, x, u, status, energy, force, tangent, direction, toward, slack_energy)
          quiet = all_quiet()
          call release(environment)
       else if (team == 1 .or. blocks == 1) then
