@@ -14,7 +14,8 @@ program bench_kernel
    use finshell_kinds, only: dp, i4, wp
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_material, only: material_t
-   use finshell_membrane_batch, only: evaluate_membranes, n_membrane, recover_membranes
+   use finshell_freedoms, only: n_membrane
+   use finshell_membrane_batch, only: evaluate_membranes, recover_membranes
    use finshell_quaternion, only: rotation_vector_to_quaternion
    use finshell_registry, only: new_material
    use finshell_section, only: new_section, section_t, formulation_p, formulation_s

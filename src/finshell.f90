@@ -22,11 +22,11 @@ module finshell
    use finshell_error, only: error_t
    use finshell_field_batch, only: element_field_t, element_fields, field_places, field_value, find_element_field, &
       n_element_fields, recover_fields
+   use finshell_freedoms, only: n_membrane, n_shell
    use finshell_kinds, only: i4, wp
    use finshell_mass, only: mass_elements, mass_membranes
    use finshell_material, only: material_t
-   use finshell_membrane_batch, only: evaluate_membranes, n_membrane, recover_membranes, state_slack, state_taut, &
-      state_wrinkled
+   use finshell_membrane_batch, only: evaluate_membranes, recover_membranes, state_slack, state_taut, state_wrinkled
    use finshell_pressure, only: enclosed_volume, follower_pressure
    use finshell_quaternion, only: matrix_to_quaternion, quaternion_conjugate, quaternion_normalise, quaternion_product, &
       quaternion_to_matrix, quaternion_to_rotation_vector, rotation_vector_to_quaternion, update_quaternion

@@ -9,7 +9,7 @@ module finshell_capi_elements
    use finshell_capi_common, only: accept, c_status_t, judge, refuse, refuse_memory
    use finshell_capi_handle, only: section_of
    use finshell_environment, only: environment_t, hold, release
-   use finshell_membrane_batch, only: n_membrane
+   use finshell_freedoms, only: n_membrane, n_shell
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
@@ -33,7 +33,6 @@ module finshell_capi_elements
       type(c_ptr) :: straight = c_null_ptr
    end type c_elements_t
 
-   integer, parameter, public :: n_shell = 18 !< freedoms: u1 t1 u2 t2 u3 t3, three components each
    integer, parameter :: optional_members = 5 !< pointers behind `rotations`, the last that is required
    integer(c_int64_t), parameter :: no_size = 4096 !< whatever is larger was not set
 

@@ -2,8 +2,9 @@
 module finshell_capi_pressure
    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_ptr
    use finshell_capi_common, only: c_status_t, check_batch, judge, refuse, refuse_memory
-   use finshell_capi_elements, only: c_elements_t, conclude, n_shell, read_block, receive
+   use finshell_capi_elements, only: c_elements_t, conclude, read_block, receive
    use finshell_environment, only: environment_t, hold, release
+   use finshell_freedoms, only: n_membrane, n_shell
    use finshell_pressure, only: follower_pressure
    use finshell_status, only: status_collapsed_element, status_not_a_number, status_ok
    use finshell_surface_pressure, only: pressure_elements
@@ -35,7 +36,7 @@ contains
       type(c_elements_t), intent(in) :: block
       real(c_double), intent(in), optional :: p(block%n), origin(3)
       integer(c_int32_t), intent(in) :: form
-      real(c_double), intent(out), optional :: volume(block%n), force(18, block%n), stiffness(18, 18, block%n)
+      real(c_double), intent(out), optional :: volume(block%n), force(n_shell, block%n), stiffness(n_shell, n_shell, block%n)
       integer(c_int32_t), intent(out), optional :: codes(block%n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
@@ -80,13 +81,13 @@ contains
    function pressure(n, p, x, u, form, origin, force, stiffness, codes, status) result(code) bind(c, name='finshell_pressure_load')
       integer(c_int32_t), value :: n, form
       real(c_double), intent(in), optional :: p(n), x(3, 3, n), u(3, 3, n), origin(3)
-      real(c_double), intent(out), optional :: force(9, n), stiffness(9, 9, n)
+      real(c_double), intent(out), optional :: force(n_membrane, n), stiffness(n_membrane, n_membrane, n)
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_pressure_load'
       type(environment_t) :: environment
-      real(c_double) :: position(3, 3, 1), centre(3), f(9, 1), total
+      real(c_double) :: position(3, 3, 1), centre(3), f(n_membrane, 1), total
       integer(c_int32_t), allocatable :: found(:)
       integer :: e, memory
 

@@ -6,6 +6,7 @@
 !> tension only count for K where the linear solution stretches them (finshell_linear_step), first that of the constant loads.
 module finshell_buckling
    use finshell_kinds, only: wp, dp
+   use finshell_freedoms, only: n_nodal, rx, ux, uz
    use finshell_arpack, only: pencil_t, lanczos
    use finshell_assembly, only: predict_stress
    use finshell_batch, only: n_resultants
@@ -19,6 +20,7 @@ module finshell_buckling
    use finshell_state, only: linear_change_t
    use finshell_status, only: status_invalid_argument, status_not_converged, status_singular_matrix
    use finshell_step, only: step_t, control_buckling
+   use finshell_team, only: largest_of, shared
    implicit none
    private
    public :: solve_buckling, buckling_matrices
@@ -71,7 +73,7 @@ contains
       problem%internal_force = 0
       problem%external_force = 0
       problem%negative_pivots = 0
-      allocate (change%motion(6, size(problem%equations%number, 2)))
+      allocate (change%motion(n_nodal, size(problem%equations%number, 2)))
       do i = 1, size(order)
          call scatter(problem%equations, modes(:, order(i)), change%motion)
          call normalise(change)
@@ -85,7 +87,7 @@ contains
    subroutine buckling_matrices(problem, stiffness, geometric, toward, solutions, error)
       type(equilibrium_t), intent(inout) :: problem
       real(dp), allocatable, intent(out) :: stiffness(:), geometric(:)
-      real(wp), allocatable, intent(out) :: toward(:, :) !< (6, nodes) decides which fibres act, see `linear_motion`
+      real(wp), allocatable, intent(out) :: toward(:, :) !< (n_nodal, nodes) decides which fibres act, see `linear_motion`
       integer, intent(out) :: solutions !< that it took to find them
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: constant(:, :), proportional(:, :), stress(:, :, :)
@@ -106,13 +108,11 @@ contains
       call predict_stress(problem%assembly, problem%structure, problem%state, constant + proportional, stress(:, :, 2), &
                           toward=toward)
       problem%state%constant_factor = problem%state%constant_factor + constant_change
-      problem%stress = stress(:, :, 1)
-      call problem%evaluate_toward(.true., error, toward)
+      call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 1))
       if (.not. allocated(error)) then
          stiffness = problem%values
          problem%state%load_factor = problem%state%load_factor + 1
-         problem%stress = stress(:, :, 2)
-         call problem%evaluate_toward(.true., error, toward)
+         call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 2))
       end if
       if (.not. allocated(error)) geometric = problem%values - stiffness
       call problem%restore()
@@ -129,9 +129,16 @@ contains
       real(dp) :: difference
       integer :: i, j, p, lower, upper
 
-      call new_sparsity(pencil%pattern, problem%structure%mesh%triangles, problem%equations%number, .true., error)
-      if (allocated(error) .or. problem%external%symmetric) return
-      call new_sparsity(full, problem%structure%mesh%triangles, problem%equations%number, .false., error)
+      associate (triangles => problem%structure%mesh%triangles(:, problem%own_elements))
+         call new_sparsity(pencil%pattern, triangles, problem%equations%number, .true., error, problem%team)
+         if (allocated(error) .or. problem%external%symmetric) return
+         if (shared(problem%team)) then
+            call raise(error, status_invalid_argument, 'buckling under pressures whose edges slide in planes runs on one process ' &
+               //'only: take finshell instead of finshell_mpi')
+            return
+         end if
+         call new_sparsity(full, triangles, problem%equations%number, .false., error)
+      end associate
       if (allocated(error)) return
       allocate (k(pencil%pattern%entries()), g(pencil%pattern%entries()))
       difference = 0
@@ -167,7 +174,7 @@ contains
       !> One lies on either side of a shift this close to a factor.
       real(dp), parameter :: aside = 1.0e-5_dp
       integer, parameter :: most_attempts = 3
-      real(dp) :: least
+      real(dp) :: least, largest(1)
       integer, allocatable :: kept(:)
       integer :: attempt, i, more, below, lost
 
@@ -181,7 +188,9 @@ contains
                //' negative pivots): the state is unstable already')
             return
          end if
-         if (.not. any(abs(pencil%geometric) > 0)) then
+         largest = maxval(abs(pencil%geometric))
+         call largest_of(pencil%pattern%team, largest)
+         if (.not. largest(1) > 0) then
             call raise(error, status_not_converged, 'buckling: the load causes no stress that could make the structure buckle')
             return
          end if
@@ -264,8 +273,8 @@ contains
       type(linear_change_t), intent(inout) :: change
       real(wp) :: scale
       integer :: k, node, first
-      first = 1
-      if (.not. any(abs(change%motion(1:3, :)) > 0)) first = 4
+      first = ux
+      if (.not. any(abs(change%motion(ux:uz, :)) > 0)) first = rx
       node = maxloc(sum(change%motion(first:first + 2, :)**2, dim=1), 1)
       k = maxloc(abs(change%motion(first:first + 2, node)), 1)
       scale = sign(1/norm2(change%motion(first:first + 2, node)), change%motion(first + k - 1, node))

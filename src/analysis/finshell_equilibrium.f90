@@ -6,19 +6,19 @@
 !> turn about one axis only; else it is unsymmetric and exact.
 module finshell_equilibrium
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
       status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise
-   use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector, &
-      rotation_vector_to_quaternion
+   use finshell_quaternion, only: rotation_vector_to_quaternion
    use finshell_batch, only: n_resultants
    use finshell_mesh, only: mesh_size, mean_side
    use finshell_normals, only: add_turns
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
-   use finshell_state, only: state_t, new_state, move_state
-   use finshell_equations, only: equations_t, new_equations, gather, scatter
+   use finshell_state, only: state_t, new_state, move_state, motion_between
+   use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, rotation_at
    use finshell_external, only: external_t, new_external
-   use finshell_factor, only: unscaled, scaled_sum
+   use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, set_factor, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
@@ -33,6 +33,7 @@ module finshell_equilibrium
    use finshell_volume, only: volume_t, new_volume
    use finshell_ground, only: is_soft, ground_stiffness, lumped_weight
    use finshell_element_limit, only: element_trouble
+   use finshell_team, only: leads, own_elements, shared, team_t
    implicit none
    private
    public :: equilibrium_t, new_equilibrium
@@ -44,15 +45,17 @@ module finshell_equilibrium
       type(linear_solver_t) :: solver
       type(symmetric_part_t), private :: half !< of an unsymmetric matrix, for descents
       logical, private :: by_half = .false. !< it is what was factorised last
-      real(wp), allocatable :: internal_force(:, :) !< (6, nodes) at the last evaluation; global axes
-      real(wp), allocatable :: external_force(:, :) !< (6, nodes); reactions are internal minus external force
+      real(wp), allocatable :: internal_force(:, :) !< (n_nodal, nodes) at the last evaluation; global axes
+      real(wp), allocatable :: external_force(:, :) !< (n_nodal, nodes); reactions are internal minus external force
       type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
-      real(wp), allocatable :: bulge_force(:, :) !< (6, nodes) part of external_force that depends on rotations, too
+      real(wp), allocatable :: bulge_force(:, :) !< (n_nodal, nodes) part of external_force that depends on rotations, too
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
       integer :: assemblies = 0, force_evaluations = 0
       type(assembly_t) :: assembly
+      class(team_t), pointer :: team => null() !< processes that share the work
+      integer, allocatable :: own_elements(:) !< of this process
       real(wp), allocatable :: values(:) !< of the matrix, left by `evaluate`
       integer, allocatable :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
       real(wp), allocatable, private :: ground(:) !< values of the stand-in of a soft structure, once it was needed
@@ -81,10 +84,11 @@ contains
 
    !> Number the unknowns, sum up the loads, analyse the matrix; the state is the unloaded one.
    !> Errors: what is wrong with supports or loads; a free rigid-body motion, named.
-   subroutine new_equilibrium(self, structure, error)
+   subroutine new_equilibrium(self, structure, error, team)
       type(equilibrium_t), intent(inout) :: self
       type(structure_t), intent(in), target :: structure !< is referred to, not copied
       type(error_t), allocatable, intent(out) :: error
+      class(team_t), pointer, intent(in), optional :: team !< each member calls with the same structure
       type(sparsity_t) :: pattern
       integer :: nodes, i
 
@@ -96,15 +100,19 @@ contains
       end if
       call new_equations(self%equations, structure%mesh, structure%supports, error, turning_nodes(structure))
       if (allocated(error)) return
+      if (present(team)) self%team => team
+      call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
       call new_external(self%external, structure, self%equations, error)
+      if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2))
       if (allocated(error)) return
       call check_mechanism(structure%mesh, self%equations, error, self%external%springs(structure, self%equations))
       if (allocated(error)) return
-      call new_sparsity(pattern, structure%mesh%triangles, self%equations%number, self%external%symmetric, error)
+      call new_sparsity(pattern, structure%mesh%triangles(:, self%own_elements), self%equations%number, self%external%symmetric, &
+         error, self%team)
       if (allocated(error)) return
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
          error, self%equations%frame, self%equations%frames, self%equations%held, &
-         is_membrane(structure, [(i, i=1, size(structure%mesh%triangles, 2))]))
+         is_membrane(structure, self%own_elements), self%own_elements)
       if (allocated(error)) return
       call self%half%take(pattern)
       call self%solver%analyse(pattern, error)
@@ -120,7 +128,7 @@ contains
       self%detail = mean_side(structure%mesh)
       self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
-      self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, 2)) > 0)
+      self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, by_constant_factor)) > 0)
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
       if (allocated(self%watched)) deallocate (self%watched)
@@ -128,8 +136,8 @@ contains
       if (allocated(self%ground)) deallocate (self%ground)
       self%entry = entry_t()
       self%base_entry = entry_t()
-      allocate (self%residual(self%n), self%rate(self%n), source=0.0_wp)
-      allocate (self%values(pattern%entries()), self%internal_force(6, nodes), self%external_force(6, nodes), source=0.0_wp)
+      allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
+      allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
       do i = 1, size(self%equations%moved)
          self%moved_of(self%equations%moved(i)) = i
@@ -142,21 +150,25 @@ contains
    end subroutine new_equilibrium
 
    !> Forces, and with `tangent` the matrix.
-   subroutine evaluate(self, tangent, error, stand_in)
+   subroutine evaluate(self, tangent, error, stand_in, stress, scaling)
       class(equilibrium_t), intent(inout) :: self
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: stand_in
-      call self%evaluate_toward(tangent, error, stand_in=stand_in)
+      real(wp), intent(in), optional :: stress(:, :)
+      integer, intent(in), optional :: scaling
+      call self%evaluate_toward(tangent, error, stand_in=stand_in, stress=stress, scaling=scaling)
    end subroutine evaluate
 
    !> The same with the one-sided tangent in a direction of motion, for laws with switches. The one place that calls the elements.
-   subroutine evaluate_toward(self, tangent, error, toward, stand_in)
+   subroutine evaluate_toward(self, tangent, error, toward, stand_in, stress, scaling)
       class(equilibrium_t), intent(inout) :: self
       logical, intent(in) :: tangent
       type(error_t), allocatable, intent(out) :: error
-      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
+      real(wp), intent(in), optional :: toward(:, :) !< (n_nodal, nodes) see `assemble`
       real(wp), intent(in), optional :: stand_in
+      real(wp), intent(in), optional :: stress(:, :)
+      integer, intent(in), optional :: scaling
       real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
       real(wp) :: levels(2), part
       integer :: status, bad_element, active
@@ -165,7 +177,7 @@ contains
          if (tangent) then
             self%assemblies = self%assemblies + 1
             call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, self%values, self%entry%energy, &
-                          resultants=self%stress, toward=toward)
+                          resultants=stress, toward=toward)
          else
             self%force_evaluations = self%force_evaluations + 1
             call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, energy=self%entry%energy)
@@ -189,16 +201,14 @@ contains
          self%values = self%values + part*self%ground
       end if
 
-      active = merge(2, 1, self%constant_phase)
-      unit_force = self%external%dead
-      out_of_balance = unit_force(:, :, active)
-      out_of_balance = 0
-      bulges = 0*unit_force
+      active = by_load_factor
+      if (present(scaling)) active = scaling
+      allocate (out_of_balance(n_nodal, size(self%internal_force, 2)), source=0.0_wp)
       associate (loads => self%external, s => self%structure, e => self%equations)
          if (tangent) then
-            call loads%add_all(s, e, self%state, self%assembly, unit_force, bulges, self%values)
+            call loads%evaluate(s, e, self%state, self%assembly, unit_force, bulges, self%values)
          else
-            call loads%add_all(s, e, self%state, self%assembly, unit_force, bulges)
+            call loads%evaluate(s, e, self%state, self%assembly, unit_force, bulges)
          end if
          self%entry%energy = self%entry%energy + loads%standing_energy(s, e, self%state)
       end associate
@@ -231,11 +241,12 @@ contains
       self%base_entry = self%entry
    end subroutine keep_base
 
-   function balance(self) result(value)
+   function balance(self, scaling) result(value)
       class(equilibrium_t), intent(inout) :: self
+      integer, intent(in) :: scaling
       type(balance_t) :: value
       if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
-         merge(2, 1, self%constant_phase), self%external, self%structure, self%equations, self%assembly, value)
+         scaling, self%external, self%structure, self%equations, self%assembly, value)
    end function balance
 
    !> Factorise the tangent. A singular one is an error that names the node and component where the free motion is largest.
@@ -250,7 +261,7 @@ contains
       self%by_half = a > 0 .and. self%half%exists()
       if (a > 0) then
          damped = self%values
-         damped(self%diagonal) = damped(self%diagonal) + a*self%weight
+         if (leads(self%team)) damped(self%diagonal) = damped(self%diagonal) + a*self%weight
          if (self%by_half) call self%half%factorise(damped, error)
          if (.not. self%by_half) call self%solver%factorise(damped, error)
       else
@@ -276,32 +287,35 @@ contains
    end subroutine solve
 
    !> Displacements add, spins turn; held components follow the factor.
-   subroutine move(self, x, factor_change, stress)
+   subroutine move(self, x, factor_change, kind, stress, scaling)
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: x(:), factor_change
-      integer, intent(in), optional :: stress
+      integer, intent(in), optional :: kind
+      real(wp), intent(inout), allocatable, optional :: stress(:, :)
+      integer, intent(in), optional :: scaling
       real(wp), allocatable :: nodal(:, :)
-      integer :: i, node, active, way
+      integer :: i, node, active
 
-      active = merge(2, 1, self%constant_phase)
-      call self%set_factor(self%factor() + factor_change)
-      allocate (nodal(6, size(self%equations%number, 2)))
+      active = by_load_factor
+      if (present(scaling)) active = scaling
+      call set_factor(self%state, active, factor_at(self%state, active) + factor_change)
+      allocate (nodal(n_nodal, size(self%equations%number, 2)))
       call scatter(self%equations, x, nodal)
       do i = 1, size(self%equations%moved)
          node = self%equations%moved(i)
          nodal(:, node) = nodal(:, node) + factor_change*self%equations%motion(:, i, active)
       end do
-      way = stress_own
-      if (present(stress)) way = stress
-      if (way /= stress_own) then
-         if (.not. allocated(self%stress)) allocate (self%stress(n_resultants, self%assembly%elements))
-         call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, way == stress_kept), self%stress)
+      if (present(kind) .and. present(stress)) then
+         if (kind == stress_own .and. allocated(stress)) deallocate (stress)
+         if (kind /= stress_own .and. .not. allocated(stress)) allocate (stress(n_resultants, self%assembly%elements))
+         if (allocated(stress)) &
+            call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, kind == stress_kept), stress)
       end if
       call move_state(self%state, nodal)
       do i = 1, size(self%equations%moved)
          if (.not. self%equations%turned(i)) cycle
          self%state%rotation(:, self%equations%moved(i)) = rotation_vector_to_quaternion( &
-            self%state%load_factor*self%equations%motion(4:6, i, 1) + self%state%constant_factor*self%equations%motion(4:6, i, 2))
+            rotation_at(self%equations, i, self%state))
       end do
    end subroutine move
 
@@ -309,34 +323,15 @@ contains
    subroutine increment(self, x)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: x(:)
-      real(wp), allocatable :: nodal(:, :)
-      integer :: i
-      allocate (nodal(6, size(self%equations%number, 2)))
-      do i = 1, size(nodal, 2)
-         nodal(1:3, i) = self%state%displacement(:, i) - self%base%displacement(:, i)
-         nodal(4:6, i) = quaternion_to_rotation_vector(quaternion_product(self%state%rotation(:, i), &
-                                                                          quaternion_conjugate(self%base%rotation(:, i))))
-      end do
-      call gather(self%equations, nodal, x)
+      call gather(self%equations, motion_between(self%base, self%state), x)
    end subroutine increment
 
-   pure function largest_rotation(self, x, factor_change) result(angle)
+   pure function largest_rotation(self, x, factor_change, scaling) result(angle)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(in) :: x(:), factor_change
+      integer, intent(in) :: scaling
       real(wp) :: angle
-      real(wp) :: turn(3)
-      integer :: i, k
-      angle = 0
-      do i = 1, size(self%equations%number, 2)
-         turn = 0
-         do k = 1, 3
-            if (self%equations%number(3 + k, i) > 0) turn(k) = x(self%equations%number(3 + k, i))
-         end do
-         angle = max(angle, norm2(turn))
-      end do
-      do i = 1, size(self%equations%moved)
-         angle = max(angle, norm2(factor_change*self%equations%motion(4:6, i, merge(2, 1, self%constant_phase))))
-      end do
+      angle = largest_turn(self%equations, x, factor_change, scaling)
    end function largest_rotation
 
    !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.
@@ -345,10 +340,10 @@ contains
       real(wp), intent(out) :: x(:)
       real(wp), intent(out), optional :: added(:)
       real(wp), allocatable :: nodal(:, :)
-      allocate (nodal(6, size(self%state%rotation, 2)))
-      nodal(1:3, :) = self%state%displacement
-      nodal(4:6, :) = 2*self%state%rotation(2:4, :)
-      if (allocated(self%structure%normal)) call add_turns(self%structure%mesh, self%structure%normal, nodal(4:6, :))
+      allocate (nodal(n_nodal, size(self%state%rotation, 2)))
+      nodal(ux:uz, :) = self%state%displacement
+      nodal(rx:rz, :) = 2*self%state%rotation(2:4, :)
+      if (allocated(self%structure%normal)) call add_turns(self%structure%mesh, self%structure%normal, nodal(rx:rz, :))
       call gather(self%equations, nodal, x)
       if (present(added)) call self%solver%magnitude(x, added)
    end subroutine magnitude

@@ -3,7 +3,8 @@ module finshell_ledger
    use finshell_kinds, only: wp
    use finshell_state, only: state_t
    use finshell_equations, only: equations_t, motion_at
-   use finshell_external, only: external_t, displacements_only, with_rotations
+   use finshell_external, only: external_t, on_nothing, displacements_only, with_rotations
+   use finshell_freedoms, only: n_nodal
    use finshell_factor, only: by_load_factor, by_constant_factor
    use finshell_assembly, only: assembly_t
    use finshell_balance, only: balance_t, work_along
@@ -14,8 +15,8 @@ module finshell_ledger
 
    !> What is known of a state.
    type :: entry_t
-      real(wp), allocatable :: unit_force(:, :, :) !< (6, nodes, factors) external force for factors of 1 (finshell_factor)
-      real(wp), allocatable :: bulges(:, :, :) !< (6, nodes, factors) what loads that depend on rotations add to it
+      real(wp), allocatable :: unit_force(:, :, :) !< (n_nodal, nodes, factors) external force for factors of 1 (finshell_factor)
+      real(wp), allocatable :: bulges(:, :, :) !< (n_nodal, nodes, factors) what loads that depend on rotations add to it
       real(wp) :: energy = 0 !< stored, also by what no factor scales
       real(wp) :: reaction = 0 !< of the moved supports, times their motion per factor
    end type entry_t
@@ -27,13 +28,12 @@ contains
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       integer, intent(in) :: active !< factor that changes
-      real(wp), intent(in) :: force(:, :) !< (6, nodes)
+      real(wp), intent(in) :: force(:, :) !< (n_nodal, nodes)
       real(wp) :: product
       integer :: i
       product = 0
       do i = 1, size(equations%moved)
-         product = product + dot_product(motion_at(equations, i, active, state%load_factor, state%constant_factor), &
-                                         force(:, equations%moved(i)))
+         product = product + dot_product(motion_at(equations, i, active, state), force(:, equations%moved(i)))
       end do
    end function motion_times
 
@@ -53,7 +53,8 @@ contains
       real(wp) :: way(2), before(2), after(2)
       integer :: i
 
-      mean = loads%dead
+      allocate (mean(n_nodal, size(state%displacement, 2), loads%factors), source=0.0_wp)
+      call loads%add(on_nothing, structure, equations, state, assembly, mean)
       if (loads%any_with(displacements_only)) then
          middle = state
          middle%displacement = 0.5_wp*(base%displacement + state%displacement)

@@ -8,6 +8,7 @@
 !> given to the observer; the state itself stays, so that the next step begins where this one did.
 module finshell_linear_step
    use finshell_kinds, only: wp, dp
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_error, only: error_t, raise, text_of
    use finshell_equations, only: motion_at, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
@@ -17,6 +18,7 @@ module finshell_linear_step
    use finshell_state, only: state_t, linear_change_t, move_state
    use finshell_status, only: status_not_converged
    use finshell_step, only: step_t, control_linear
+   use finshell_team, only: largest_of
    implicit none
    private
    public :: solve_linear, linear_motion, report_change
@@ -53,12 +55,13 @@ contains
    subroutine linear_motion(problem, load_change, constant_change, motion, toward, solutions, error, leading)
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: load_change, constant_change
-      real(wp), allocatable, intent(out) :: motion(:, :) !< (6, nodes)
-      real(wp), allocatable, intent(out) :: toward(:, :) !< (6, nodes) decides which fibres act; unallocated: no law has such fibres
+      real(wp), allocatable, intent(out) :: motion(:, :) !< (n_nodal, nodes)
+      real(wp), allocatable, intent(out) :: toward(:, :) !< (n_nodal, nodes) decides which fibres act; unallocated: no such fibres
       integer, intent(out) :: solutions !< that it took to find them; 0: no law has such fibres
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: leading(:, :)
       real(wp), allocatable :: b(:), values(:), before(:, :)
+      real(wp) :: change(1)
       logical :: damped
 
       solutions = 0
@@ -68,7 +71,9 @@ contains
          call change_of_loads(problem, load_change, constant_change, b, error, toward)
          if (allocated(error)) return
          if (solutions > 0 .and. .not. damped) then
-            if (.not. any(abs(problem%values - values) > 0)) return
+            change = maxval(abs(problem%values - values))
+            call largest_of(problem%team, change)
+            if (.not. change(1) > 0) return
          end if
          if (solutions == most_solutions) then
             call raise(error, status_not_converged, 'a linear solution does not settle which fibres act in tension (' &
@@ -102,7 +107,7 @@ contains
 
       pure real(wp) function level(motion)
          real(wp), intent(in) :: motion(:, :)
-         level = max(maxval(abs(motion(1:3, :)))/length, maxval(abs(motion(4:6, :))), tiny(1.0_wp))
+         level = max(maxval(abs(motion(ux:uz, :)))/length, maxval(abs(motion(rx:rz, :))), tiny(1.0_wp))
       end function level
    end function heading
 
@@ -116,9 +121,7 @@ contains
 
       allocate (b(problem%n), source=0.0_wp)
       if (abs(constant_change) > 0) then
-         problem%constant_phase = .true.
-         call problem%evaluate_toward(.true., error, toward)
-         problem%constant_phase = .false.
+         call problem%evaluate_toward(.true., error, toward, scaling=by_constant_factor)
          if (allocated(error)) return
          b = constant_change*problem%rate
       end if
@@ -140,16 +143,14 @@ contains
       allocate (x(problem%n), source=0.0_wp)
       call problem%solve(b, x, error)
       if (allocated(error)) return
-      allocate (motion(6, size(problem%equations%number, 2)))
+      allocate (motion(n_nodal, size(problem%equations%number, 2)))
       call scatter(problem%equations, x, motion)
       call turn_reactions(problem, b, x, motion, error)
       if (allocated(error)) return
       do i = 1, size(problem%equations%moved)
          node = problem%equations%moved(i)
-         associate (e => problem%equations, load_factor => problem%state%load_factor, constant => problem%state%constant_factor)
-            motion(:, node) = motion(:, node) + load_change*motion_at(e, i, 1, load_factor, constant) &
-               + constant_change*motion_at(e, i, 2, load_factor, constant)
-         end associate
+         motion(:, node) = motion(:, node) + load_change*motion_at(problem%equations, i, by_load_factor, problem%state) &
+            + constant_change*motion_at(problem%equations, i, by_constant_factor, problem%state)
       end do
    end subroutine solve_motion
 
@@ -158,16 +159,16 @@ contains
    subroutine turn_reactions(problem, b, x, motion, error)
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: b(:)
-      real(wp), intent(inout) :: x(:), motion(:, :) !< (6, nodes)
+      real(wp), intent(inout) :: x(:), motion(:, :) !< (n_nodal, nodes)
       type(error_t), allocatable, intent(out) :: error
       integer, parameter :: most = 20
       real(wp), allocatable :: moments(:, :), turned(:, :), t(:), y(:)
       integer :: i
       moments = problem%internal_force - problem%bulge_force
       do i = 1, size(moments, 2)
-         if (count(problem%equations%number(4:6, i) > 0) /= 2 .or. any(problem%external%turning_nodes == i)) moments(:, i) = 0
+         if (count(problem%equations%number(rx:rz, i) > 0) /= 2 .or. any(problem%external%turning_nodes == i)) moments(:, i) = 0
       end do
-      if (.not. any(abs(moments(4:6, :)) > 0)) return
+      if (.not. any(abs(moments(rx:rz, :)) > 0)) return
       allocate (t(size(x)), y(size(x)))
       do i = 1, most
          turned = 0*motion
@@ -194,11 +195,9 @@ contains
                                problem%state, change%motion, problem%internal_force, change%toward)
       call turn_moments(before, change%motion, problem%internal_force)
       change%energy = 0.5_wp*sum((before + problem%internal_force)*change%motion)
-      unit_force = problem%external%dead
-      bulges = 0*unit_force
       associate (loads => problem%external, structure => problem%structure, equations => problem%equations, state => problem%state)
          change%energy = change%energy + loads%standing_energy(structure, equations, state, change%motion)
-         call loads%add_all(structure, equations, state, problem%assembly, unit_force, bulges)
+         call loads%evaluate(structure, equations, state, problem%assembly, unit_force, bulges)
          problem%external_force = problem%external_force + load_change*unit_force(:, :, by_load_factor) &
             + constant_change*unit_force(:, :, by_constant_factor) &
             + load_change*bulges(:, :, by_load_factor) + constant_change*bulges(:, :, by_constant_factor)

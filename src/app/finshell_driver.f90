@@ -12,7 +12,9 @@ module finshell_driver
    use finshell_linear_step, only: solve_linear
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
+   use finshell_speaker, only: speaker_t
    use finshell_step, only: control_linear, control_buckling
+   use finshell_team, only: agree, leads, team_t
    use finshell_trial, only: check_steps, place_load_error, warning_of, mesh_warning
    use finshell_version, only: version
 !$ use omp_lib, only: omp_get_num_procs, omp_set_num_threads
@@ -26,30 +28,33 @@ module finshell_driver
       character(len=:), allocatable :: command, input
       character(len=:), allocatable :: folder !< prefix of all output files
       logical :: quiet = .false.
+      class(team_t), pointer :: team => null() !< processes that share the work; the first one speaks
    end type options_t
 
 contains
 
    !> Run the program; `code` is its exit code: 0 done, 1 the analysis stopped early (results so far are kept), 2 wrong input.
-   subroutine main(code)
+   subroutine main(code, team)
       integer, intent(out) :: code
+      class(team_t), intent(in), target, optional :: team !< processes that share the work, each of which calls
       type(options_t) :: options
       character(len=:), allocatable :: complaint
 
       call read_command_line(options, complaint)
+      if (present(team)) options%team => team
       code = exit_input
       if (allocated(complaint)) then
-         write (error_unit, '(a)') 'finshell: '//complaint, 'Try: finshell --help'
+         if (leads(options%team)) write (error_unit, '(a)') 'finshell: '//complaint, 'Try: finshell --help'
          return
       end if
       select case (options%command)
       case ('run'); call run(options, .true., code)
       case ('check'); call run(options, .false., code)
       case ('version')
-         write (output_unit, '(a)') 'finshell '//version
+         if (leads(options%team)) write (output_unit, '(a)') 'finshell '//version
          code = exit_ok
       case default
-         call print_help()
+         if (leads(options%team)) call print_help()
          code = exit_ok
       end select
    end subroutine main
@@ -137,30 +142,36 @@ contains
       type(input_t), target :: input
       type(equilibrium_t), target :: problem
       type(path_t) :: path
-      type(reporter_t) :: reporter
+      type(reporter_t), target :: reporter
+      type(speaker_t) :: speaker
       type(error_t), allocatable :: error, late
       real(wp), allocatable :: levels(:)
+      logical :: speaks
       integer :: i
 
       code = exit_input
+      speaks = leads(options%team)
       call write_failures_return()
       call read_input(options%input, input, error)
-      if (complain(error)) return
+      call agree(options%team, error)
+      if (complain(error, speaks)) return
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
-      call new_equilibrium(problem, input%structure, error)
+      call new_equilibrium(problem, input%structure, error, options%team)
       if (allocated(error)) then
          call place_load_error(input, problem, error)
          if (verify(error%message(1:1), '0123456789') > 0) error%message = ' '//error%message
          error%message = input%file//':'//error%message
       end if
-      if (complain(error)) return
+      if (complain(error, speaks)) return
       call check_steps(input, problem, error)
-      if (complain(error)) return
-      call warn(warning_of(input, problem))
-      call warn(mesh_warning(input))
-      if (.not. options%quiet) call print_model(input, problem)
+      if (complain(error, speaks)) return
+      if (speaks) then
+         call warn(warning_of(input, problem))
+         call warn(mesh_warning(input))
+         if (.not. options%quiet) call print_model(options, input, problem)
+      end if
       if (.not. solve) then
-         write (output_unit, '(a)') 'The input is complete and consistent.'
+         if (speaks) write (output_unit, '(a)') 'The input is complete and consistent.'
          code = exit_ok
          return
       end if
@@ -171,24 +182,26 @@ contains
          levels = [levels, input%steps(i)%final_load_factor]
       end do
       reporter%quiet = options%quiet
-      call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
-      if (complain(error)) return
+      if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
+      call agree(options%team, error)
+      if (complain(error, speaks)) return
+      call speaker%take(reporter, options%team)
       do i = 1, size(input%steps)
          select case (input%steps(i)%control)
          case (control_linear)
-            call solve_linear(problem, input%steps(i), reporter, error)
+            call solve_linear(problem, input%steps(i), speaker, error)
          case (control_buckling)
-            call solve_buckling(problem, input%steps(i), reporter, error)
+            call solve_buckling(problem, input%steps(i), speaker, error)
          case default
-            call path%follow(problem, input%steps(i), reporter, error)
+            call path%follow(problem, input%steps(i), speaker, error)
          end select
          if (allocated(error)) exit
       end do
-      call reporter%finish(problem%state, late)
+      if (speaks) call reporter%finish(problem%state, late)
       if (.not. allocated(error) .and. allocated(late)) call move_alloc(late, error)
-      call print_summary(options, input, problem, path, reporter, allocated(error))
+      if (speaks) call print_summary(options, input, problem, path, reporter, allocated(error))
       code = exit_ok
-      if (complain(error)) code = exit_incomplete
+      if (complain(error, speaks)) code = exit_incomplete
    end subroutine run
 
    !> As many threads as the input asks for, else as OpenMP would but no more than pay: waiting threads burn CPU time.
@@ -205,11 +218,12 @@ contains
       call wake_blas()
    end subroutine choose_threads
 
-   !> Print an error, if there is one.
-   logical function complain(error)
+   !> Print an error, if there is one and this process speaks.
+   logical function complain(error, speaks)
       type(error_t), allocatable, intent(in) :: error
+      logical, intent(in) :: speaks
       complain = allocated(error)
-      if (complain) write (error_unit, '(a)') 'finshell: '//error%message
+      if (complain .and. speaks) write (error_unit, '(a)') 'finshell: '//error%message
    end function complain
 
    !> Say it, if there is something.
@@ -218,13 +232,15 @@ contains
       if (text /= '') write (error_unit, '(a)') 'finshell: warning: '//text
    end subroutine warn
 
-   subroutine print_model(input, problem)
+   subroutine print_model(options, input, problem)
+      type(options_t), intent(in) :: options
       type(input_t), intent(in) :: input
       type(equilibrium_t), intent(in) :: problem
       if (len(input%title) > 0) write (output_unit, '(a)') input%title
       write (output_unit, '(5(a,i0),a)') 'finshell '//version//': ', size(input%structure%mesh%coordinates, 2), ' nodes, ', &
          size(input%structure%mesh%triangles, 2), ' elements, ', problem%n, ' unknowns, ', size(input%structure%sections), &
          ' section(s), ', size(input%steps), ' step(s)'
+      if (associated(options%team)) write (output_unit, '(i0,a)') options%team%members, ' processes share the work'
    end subroutine print_model
 
    !> What was reached, at what cost, and what to be careful about.

@@ -68,7 +68,7 @@ contains
       type(equilibrium_t), intent(in) :: problem
       integer :: i
       associate (loads => problem%structure%loads)
-         yes = any(abs(problem%equations%motion(:, :, 1)) > 0)
+         yes = any(abs(problem%equations%motion(:, :, by_load_factor)) > 0)
          do i = 1, size(loads)
             yes = yes .or. (loads(i)%scaling == by_load_factor .and. acts(loads(i), problem%structure%mesh, problem%equations))
          end do

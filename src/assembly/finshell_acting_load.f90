@@ -1,11 +1,13 @@
-!> A load that depends on the state: forces on the nodes of elements, and their derivative. A kind extends `acting_load_t` and says
-!> `evaluate`, and `energy` where it has one; adding it to the equations and its change with a motion are the same for all.
+!> A load: forces on the nodes of elements, and their derivative. A kind extends `acting_load_t` and says `evaluate`, and `energy`
+!> where it has one; adding it to the equations and its change with a motion are the same for all that act through elements.
 !>
-!> Loads that depend on displacements only have three rows per node. Those that depend on rotations, too, have six, and moments.
+!> Loads that depend on displacements only have the displacements of the nodes as rows. Those that depend on rotations, too, have
+!> all freedoms, and moments.
 !> Their stiffness is that along exp(spin) R: the part that belongs to the turning of the moments themselves, -spin(m)/2, is left
 !> out.
 module finshell_acting_load
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: n_corners, n_membrane, n_nodal, n_shell, rx, rz
    use finshell_assembly, only: assembly_t, add_element_contributions
    use finshell_equations, only: equations_t
    use finshell_factor, only: by_load_factor, factor_at
@@ -14,20 +16,22 @@ module finshell_acting_load
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: acting_load_t, load_item_t, append, positions, displacements_only, with_rotations
+   public :: acting_load_t, load_item_t, append, positions, on_nothing, displacements_only, with_rotations
 
-   !> Rows of an element.
-   integer, parameter :: displacements_only = 9, with_rotations = 18
+   !> What a load depends on: as many rows of an element.
+   integer, parameter :: on_nothing = 0, displacements_only = n_membrane, with_rotations = n_shell
 
    type, abstract :: acting_load_t
       integer, allocatable :: elements(:) !< through which it acts; one may stand here several times
       integer :: rows = displacements_only
+      real(wp), allocatable :: nodal(:, :) !< (n_nodal, nodes) forces that depend on nothing, beside those; unallocated: none
       integer :: scaling = by_load_factor !< see finshell_factor
       logical :: symmetric = .true. !< the stiffness is symmetric when assembled, for what supports leave free
       logical :: has_energy = .false. !< `energy` is the potential of all its forces
    contains
       procedure(evaluate_interface), deferred :: evaluate
       procedure :: energy => no_energy
+      procedure :: keep
       procedure, non_overridable :: add
       procedure, non_overridable :: add_change
    end type acting_load_t
@@ -59,10 +63,12 @@ contains
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       type(assembly_t), intent(in) :: assembly
-      real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, factors)
+      real(wp), intent(inout) :: unit_force(:, :, :) !< (n_nodal, nodes, factors)
       real(wp), intent(inout), optional :: values(:) !< of the matrix
       real(wp), allocatable :: force(:, :), stiffness(:, :, :)
       real(wp) :: factor
+      if (allocated(self%nodal)) unit_force(:, :, self%scaling) = unit_force(:, :, self%scaling) + self%nodal
+      if (self%rows == on_nothing) return ! all members of a team go on, also those without an element
       allocate (force(self%rows, size(self%elements)))
       factor = factor_at(state, self%scaling)
       if (present(values) .and. abs(factor) > 0) then
@@ -81,30 +87,38 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
-      real(wp), intent(inout) :: change(:, :) !< (6, nodes) is added to
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) displacements and spins
+      real(wp), intent(inout) :: change(:, :) !< (n_nodal, nodes) is added to
       real(wp), allocatable :: force(:, :), stiffness(:, :, :)
-      real(wp) :: f(6, 3), moments(6, 3), factor
+      real(wp) :: f(n_nodal, n_corners), moments(n_nodal, n_corners), factor
       integer :: i, k, per_node
       factor = factor_at(state, self%scaling)
-      if (.not. abs(factor) > 0) return
-      per_node = self%rows/3
+      if (.not. abs(factor) > 0 .or. size(self%elements) == 0) return
+      per_node = self%rows/n_corners
       allocate (force(self%rows, size(self%elements)), stiffness(self%rows, self%rows, size(self%elements)))
       call self%evaluate(structure, equations, state, force, factor, stiffness)
       do i = 1, size(self%elements)
          associate (nodes => structure%mesh%triangles(:, self%elements(i)))
             if (.not. any(abs(motion(:per_node, nodes)) > 0)) cycle
             f = 0
-            f(:per_node, :) = reshape(matmul(stiffness(:, :, i), reshape(motion(:per_node, nodes), [self%rows])), [per_node, 3])
+            f(:per_node, :) = reshape(matmul(stiffness(:, :, i), reshape(motion(:per_node, nodes), [self%rows])), &
+                                      [per_node, n_corners])
             moments = 0
-            moments(:per_node, :) = factor*reshape(force(:, i), [per_node, 3])
-            do k = 1, 3
-               f(4:6, k) = f(4:6, k) - 0.5_wp*cross_product(moments(4:6, k), motion(4:6, nodes(k)))
+            moments(:per_node, :) = factor*reshape(force(:, i), [per_node, n_corners])
+            do k = 1, n_corners
+               f(rx:rz, k) = f(rx:rz, k) - 0.5_wp*cross_product(moments(rx:rz, k), motion(rx:rz, nodes(k)))
                change(:, nodes(k)) = change(:, nodes(k)) + f(:, k)
             end do
          end associate
       end do
    end subroutine add_change
+
+   !> Act through some of the elements only. To be replaced by loads with more arrays over them.
+   subroutine keep(self, kept)
+      class(acting_load_t), intent(inout) :: self
+      logical, intent(in) :: kept(:) !< (size(elements))
+      self%elements = pack(self%elements, kept)
+   end subroutine keep
 
    !> Potential for a factor of 1.
    function no_energy(self, structure, equations, state) result(energy)

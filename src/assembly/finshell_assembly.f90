@@ -10,48 +10,54 @@ module finshell_assembly
    use finshell_discretisation, only: evaluate_gathered, freedoms, gather_elements, gather_motion, gathered_t, predict_gathered
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp, i4
+   use finshell_freedoms, only: n_corners, n_membrane, n_nodal, n_shell, shell_displacements, ux, uz
    use finshell_section, only: section_t
    use finshell_scatter, only: scatter_t, new_scatter, add_element_matrix
    use finshell_sparsity, only: sparsity_t
    use finshell_state, only: state_t
    use finshell_status, only: status_ok, status_invalid_argument
    use finshell_structure, only: structure_t
+   use finshell_team, only: add_up_all, add_up_value, agree, shared, team_t
    implicit none
    private
    public :: assembly_t, new_assembly, assemble, predict_stress, add_element_contributions, paying_threads
 
-   !> Elements are kept in the order of their patches: "slot" s holds element `patches%element(s)`.
+   !> Elements are kept in the order of their patches: "slot" s holds element `patches%element(s)`. Others are with other members.
    type :: assembly_t
       private
       integer, public :: elements = 0, nodes = 0, entries = 0
       type(patches_t), public :: patches
       logical :: symmetric = .true.
-      integer(i4), allocatable :: slot(:) ! (elements) where an element is kept
+      integer(i4), allocatable :: slot(:) ! (elements of the mesh) where an element is kept; 0: by others
       integer(i4), allocatable :: corner(:, :) ! (3, slots) nodes
       type(scatter_t) :: scatter ! of the slots
       logical, allocatable :: framed(:) ! (slots) a node has axes of its own
       integer(i4), allocatable :: frame(:) ! (nodes) 0: global axes
       real(wp), allocatable :: frames(:, :, :)
       integer, allocatable :: held(:, :) ! (3, elements) sides that supports hold (finshell_batch)
+      class(team_t), pointer, public :: team => null()
    end type assembly_t
 
 contains
 
    !> Prepare the assembly. Errors: status_invalid_argument when array sizes do not fit each other.
    subroutine new_assembly(self, pattern, triangles, element_section, eq, error, frame, frames, held, &
-                           membranes)
+                           membranes, own)
       type(assembly_t), intent(out) :: self
-      type(sparsity_t), intent(in) :: pattern !< of the same triangles and equations
+      type(sparsity_t), intent(in) :: pattern !< of the same equations and, of the triangles, those of this member
       integer, intent(in) :: triangles(:, :) !< (3, elements)
       integer, intent(in) :: element_section(:) !< (elements) index into the list of sections
-      integer, intent(in) :: eq(:, :) !< (6, nodes) equation numbers, 0 = constrained
+      integer, intent(in) :: eq(:, :) !< (n_nodal, nodes) equation numbers, 0 = constrained
       type(error_t), allocatable, intent(out) :: error
       integer, optional, intent(in) :: frame(:) !< (nodes) axes of each node: index into frames, 0 = global
       real(wp), optional, intent(in) :: frames(:, :, :) !< (3, 3, :) orthonormal columns: the axes
       integer, optional, intent(in) :: held(:, :) !< (3, elements) sides that supports hold (finshell_batch)
-      logical, optional, intent(in) :: membranes(:) !< (elements) those that have displacements only
+      logical, optional, intent(in) :: membranes(:) !< (own elements) those that have displacements only
+      integer, optional, intent(in) :: own(:) !< elements of this member of the team; default: all
+      integer, allocatable :: list(:), order(:)
       integer :: s, e
 
+      self%team => pattern%team
       self%elements = size(triangles, 2)
       self%nodes = size(eq, 2)
       self%entries = pattern%entries()
@@ -70,8 +76,14 @@ contains
       end if
       if (allocated(error)) return
 
-      call new_patches(self%patches, triangles, self%nodes, element_section, patch_size(self%elements))
-      allocate (self%slot(self%elements), self%corner(3, self%elements))
+      list = [(e, e=1, self%elements)]
+      if (present(own)) list = own
+      allocate (self%slot(self%elements), source=0_i4)
+      self%elements = size(list)
+      call new_patches(self%patches, triangles(:, list), self%nodes, element_section(list), patch_size(self%elements))
+      order = self%patches%element
+      self%patches%element = int(list(order), i4)
+      allocate (self%corner(3, self%elements))
       allocate (self%framed(self%elements))
       allocate (self%frame(self%nodes), source=0_i4)
       if (present(frame)) then
@@ -86,7 +98,7 @@ contains
       end do
       if (present(held)) self%held = held
       if (present(membranes)) then
-         call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq, membranes(self%patches%element))
+         call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq, membranes(order))
       else
          call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
       end if
@@ -114,7 +126,7 @@ contains
       type(assembly_t), intent(in) :: self
       type(structure_t), intent(in) :: structure
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: internal_force(:, :) !< (6, nodes) all components, so reactions too; global axes
+      real(wp), intent(out), contiguous :: internal_force(:, :) !< (n_nodal, nodes) all components, so reactions too; global axes
       integer(i4), intent(out) :: status !< of the bad element with the lowest number, or status_ok
       integer, intent(out) :: bad_element !< its number, or 0; all other results are then useless
       real(wp), optional, intent(out) :: values(:) !< (entries of the pattern) tangent
@@ -122,12 +134,13 @@ contains
       integer, optional, intent(in) :: threads !< default: `paying_threads`
       !> (n_resultants, slots) from `predict_stress`: for the geometric part of the tangent; unallocated counts as absent.
       real(wp), optional, intent(in) :: resultants(:, :)
-      real(wp), optional, intent(in) :: toward(:, :) !< (6, nodes) see `evaluate_elements`; global axes; with `values`
+      real(wp), optional, intent(in) :: toward(:, :) !< (n_nodal, nodes) see `evaluate_elements`; global axes; with `values`
       type(section_t), optional, intent(in) :: sections(:) !< instead of those of the structure
       real(wp), allocatable :: patch_energy(:)
       real(wp), allocatable :: f(:, :), k(:, :, :), w(:), stress(:, :), d(:, :)
       type(gathered_t) :: g
       integer(i4), allocatable :: element_status(:)
+      type(error_t), allocatable :: trouble
       integer :: p, c, i, j, m, s, n, most, team
 
       status = status_ok
@@ -170,7 +183,7 @@ contains
                if (allocated(d)) deallocate (d)
                if (present(toward) .and. present(values)) allocate (d(m, most))
             end if
-            m = m/3
+            m = m/n_corners
             associate (mine => self%patches%element(s + 1:s + n))
                call gather_elements(structure, state, mine, g, self%held)
                if (allocated(d)) call gather_motion(structure, toward, mine, d)
@@ -194,7 +207,7 @@ contains
             end if
             if (allocated(w)) patch_energy(p) = sum(w(:n))
             do i = 1, n
-               do j = 1, 3
+               do j = 1, n_corners
                   internal_force(:m, self%corner(j, s + i)) = internal_force(:m, self%corner(j, s + i)) + f(m*(j - 1) + 1:m*j, i)
                end do
                if (.not. allocated(k)) cycle
@@ -209,6 +222,17 @@ contains
          energy = 0
          if (bad_element == 0) energy = sum(patch_energy)
       end if
+      if (.not. shared(self%team)) return
+      ! The bad element with the lowest number counts, whoever has it.
+      if (bad_element > 0) call raise(trouble, status, text_of(bad_element))
+      call agree(self%team, trouble, bad_element)
+      if (allocated(trouble)) then
+         status = trouble%code
+         read (trouble%message, *) bad_element
+         return
+      end if
+      call add_up_all(self%team, internal_force)
+      if (present(energy)) call add_up_value(self%team, energy)
    end subroutine assemble
 
    !> Resultants of all elements, linearised at this state for nodal displacements and spins (mixed-integration-point Newton).
@@ -216,7 +240,7 @@ contains
       type(assembly_t), intent(in) :: self
       type(structure_t), intent(in) :: structure
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: increment(:, :) !< (6, nodes) displacements and spins, global axes
+      real(wp), intent(in) :: increment(:, :) !< (n_nodal, nodes) displacements and spins, global axes
       real(wp), intent(out) :: resultants(:, :) !< (n_resultants, slots): in the order of the assembly
       integer, optional, intent(in) :: threads !< default: `paying_threads`
       real(wp), optional, intent(in) :: toward(:, :) !< as for `assemble`
@@ -248,29 +272,50 @@ contains
    !> Add forces that act through elements to the external forces, and take their stiffness from the tangent.
    !>
    !> Contributions come by a list of elements, which may name an element several times. Rows of force and stiffness are
-   !> the 9 displacements (3 per node), or all 18 degrees of freedom, in global axes. A symmetric pattern takes the
+   !> the displacements of the nodes, or all freedoms of a shell, in global axes. A symmetric pattern takes the
    !> symmetric part of the stiffness. The order of summation is that of the list within each patch, whatever the threads.
    subroutine add_element_contributions(self, elements, force, external_force, stiffness, values, threads)
       type(assembly_t), intent(in) :: self
-      integer, intent(in) :: elements(:) !< element numbers
-      real(wp), intent(in) :: force(:, :) !< (9 or 18, size(elements)) external force on the nodes
-      real(wp), intent(inout) :: external_force(:, :) !< (6, nodes) force is added; global axes
-      real(wp), optional, intent(in) :: stiffness(:, :, :) !< (9 or 18, 9 or 18, size(elements)) d force / d unknowns
+      integer, intent(in) :: elements(:) !< element numbers; a member of a team takes its own
+      real(wp), intent(in) :: force(:, :) !< (n_membrane or n_shell, size(elements)) external force on the nodes
+      real(wp), intent(inout) :: external_force(:, :) !< (n_nodal, nodes) force is added; global axes
+      real(wp), optional, intent(in) :: stiffness(:, :, :) !< (rows of force, rows of force, size(elements)) d force / d unknowns
       real(wp), optional, intent(inout) :: values(:) !< stiffness is subtracted
       integer, optional, intent(in) :: threads !< default: `paying_threads`
+      real(wp), allocatable :: part(:, :)
+      if (shared(self%team)) then
+         allocate (part(size(external_force, 1), size(external_force, 2)), source=0.0_wp)
+         call add_own_contributions(self, elements, force, part, stiffness, values, threads)
+         call add_up_all(self%team, part)
+         external_force = external_force + part
+      else
+         call add_own_contributions(self, elements, force, external_force, stiffness, values, threads)
+      end if
+   end subroutine add_element_contributions
+
+   subroutine add_own_contributions(self, elements, force, external_force, stiffness, values, threads)
+      type(assembly_t), intent(in) :: self
+      integer, intent(in) :: elements(:)
+      real(wp), intent(in) :: force(:, :)
+      real(wp), intent(inout) :: external_force(:, :)
+      real(wp), optional, intent(in) :: stiffness(:, :, :)
+      real(wp), optional, intent(inout) :: values(:)
+      integer, optional, intent(in) :: threads
       integer(i4), allocatable :: first(:), fill(:), order(:)
-      real(wp) :: k(18, 18)
-      integer :: local(18)
+      real(wp) :: k(n_shell, n_shell)
+      integer :: local(n_shell)
       integer :: c, i, j, l, p, s, team, m
 
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
       m = size(force, 1)
-      local(:m) = [(merge(6*((i - 1)/3) + mod(i - 1, 3) + 1, i, m == 9), i=1, m)]
+      local = [(i, i=1, n_shell)]
+      if (m == n_membrane) local(:m) = shell_displacements
       allocate (first(self%elements + 1), source=0_i4)
       allocate (order(size(elements)))
       do i = 1, size(elements)
-         first(self%slot(elements(i)) + 1) = first(self%slot(elements(i)) + 1) + 1_i4
+         s = self%slot(elements(i))
+         if (s > 0) first(s + 1) = first(s + 1) + 1_i4
       end do
       first(1) = 1
       do s = 1, self%elements
@@ -279,6 +324,7 @@ contains
       fill = first
       do i = 1, size(elements)
          s = self%slot(elements(i))
+         if (s == 0) cycle
          order(fill(s)) = int(i, i4)
          fill(s) = fill(s) + 1_i4
       end do
@@ -291,7 +337,7 @@ contains
                do l = first(s), first(s + 1) - 1
                   i = order(l)
                   do j = 1, m
-                     associate (node => self%corner((local(j) - 1)/6 + 1, s), component => mod(local(j) - 1, 6) + 1)
+                     associate (node => self%corner((local(j) - 1)/n_nodal + 1, s), component => mod(local(j) - 1, n_nodal) + 1)
                         external_force(component, node) = external_force(component, node) + force(j, i)
                      end associate
                   end do
@@ -310,21 +356,21 @@ contains
          !$omp end do
       end do
       !$omp end parallel
-   end subroutine add_element_contributions
+   end subroutine add_own_contributions
 
    !> Turn an element matrix into the axes of its nodes.
    pure subroutine rotate(self, s, k)
       type(assembly_t), intent(in) :: self
       integer, intent(in) :: s !< slot
-      real(wp), intent(inout) :: k(:, :) !< of elements with 18 or 9 freedoms
-      integer :: j, b, first
-      do j = 1, 3
+      real(wp), intent(inout) :: k(:, :) !< of a shell or a membrane
+      integer :: j, b, at
+      do j = 1, n_corners
          if (self%frame(self%corner(j, s)) == 0) cycle
          associate (axes => self%frames(:, :, self%frame(self%corner(j, s))))
-            do b = 0, size(k, 1)/9 - 1
-               first = size(k, 1)/3*(j - 1) + 3*b + 1
-               k(first:first + 2, :) = matmul(transpose(axes), k(first:first + 2, :))
-               k(:, first:first + 2) = matmul(k(:, first:first + 2), axes)
+            do b = 0, size(k, 1)/n_membrane - 1
+               at = size(k, 1)/n_corners*(j - 1) + uz*b
+               k(at + ux:at + uz, :) = matmul(transpose(axes), k(at + ux:at + uz, :))
+               k(:, at + ux:at + uz) = matmul(k(:, at + ux:at + uz), axes)
             end do
          end associate
       end do

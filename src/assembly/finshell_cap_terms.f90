@@ -18,8 +18,8 @@ contains
       integer, intent(in) :: elements(:)
       type(state_t), intent(in) :: state
       real(wp), intent(out), optional :: volume(:) !< (elements)
-      real(wp), intent(out), optional :: force(:, :) !< (18, elements)
-      real(wp), intent(out), optional :: stiffness(:, :, :) !< (18, 18, elements)
+      real(wp), intent(out), optional :: force(:, :) !< (n_shell, elements)
+      real(wp), intent(out), optional :: stiffness(:, :, :) !< (n_shell, n_shell, elements)
       integer, intent(in), optional :: held(:, :) !< (3, elements of the structure) see finshell_held_side
       type(gathered_t) :: g
       integer(i4) :: status(size(elements))

@@ -6,6 +6,7 @@
 !> force is omega^2 P sum_j m_ij (x_j - c), its stiffness the constant omega^2 m_ij P.
 module finshell_centrifugal
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: membrane_at, n_membrane, ux, uz
    use finshell_acting_load, only: acting_load_t, load_item_t, append, positions
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t
@@ -25,6 +26,7 @@ module finshell_centrifugal
    contains
       procedure :: evaluate
       procedure :: energy
+      procedure :: keep
    end type centrifugal_t
 
 contains
@@ -51,6 +53,14 @@ contains
       call append(list, self)
    end subroutine add_centrifugal
 
+   !> See finshell_acting_load.
+   subroutine keep(self, kept)
+      class(centrifugal_t), intent(inout) :: self
+      logical, intent(in) :: kept(:)
+      self%mass = pack(self%mass, kept)
+      self%elements = pack(self%elements, kept)
+   end subroutine keep
+
    !> Mass times the square of the angular velocity over 12, of one element.
    pure real(wp) function twelfth(self, structure, i)
       class(centrifugal_t), intent(in) :: self
@@ -76,11 +86,12 @@ contains
       do e = 1, size(self%elements)
          m = twelfth(self, structure, e)
          r = matmul(self%across, x(:, :, e) - spread(self%point, 2, 3))
-         force(:, e) = m*reshape(r + spread(sum(r, 2), 2, 3), [9])
+         force(:, e) = m*reshape(r + spread(sum(r, 2), 2, 3), [n_membrane])
          if (.not. present(stiffness)) cycle
          do j = 1, 3
             do i = 1, 3
-               stiffness(3*i - 2:3*i, 3*j - 2:3*j, e) = (factor*m*merge(2, 1, i == j))*self%across
+               stiffness(membrane_at(i) + ux:membrane_at(i) + uz, membrane_at(j) + ux:membrane_at(j) + uz, e) &
+                  = (factor*m*merge(2, 1, i == j))*self%across
             end do
          end do
       end do

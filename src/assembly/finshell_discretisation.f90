@@ -6,8 +6,9 @@
 module finshell_discretisation
    use finshell_batch, only: evaluate_elements, predict_resultants, rotation_quaternion
    use finshell_field_batch, only: recover_fields
+   use finshell_freedoms, only: n_corners, n_membrane, n_shell
    use finshell_kinds, only: wp, i4
-   use finshell_membrane_batch, only: evaluate_membranes, n_membrane
+   use finshell_membrane_batch, only: evaluate_membranes
    use finshell_section, only: section_t
    use finshell_state, only: state_t
    use finshell_status, only: status_ok
@@ -29,7 +30,7 @@ contains
    !> Freedoms of an element: displacements and rotations of three nodes, or displacements alone.
    pure integer function freedoms(section)
       type(section_t), intent(in) :: section
-      freedoms = merge(n_membrane, 18, section%membrane)
+      freedoms = merge(n_membrane, n_shell, section%membrane)
    end function freedoms
 
    !> Gather a list of elements at a state.
@@ -70,20 +71,20 @@ contains
    !> Displacements and spins of the nodes of a list of elements, u1 t1 u2 t2 u3 t3; of membranes the displacements.
    pure subroutine gather_motion(structure, motion, list, gathered)
       type(structure_t), intent(in) :: structure
-      real(wp), intent(in) :: motion(:, :) !< (6, nodes)
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes)
       integer, intent(in) :: list(:)
-      real(wp), intent(out) :: gathered(:, :) !< (18 or 9, size(list) or more)
+      real(wp), intent(out) :: gathered(:, :) !< (freedoms of an element, size(list) or more)
       integer :: i, k, m
-      m = size(gathered, 1)/3
+      m = size(gathered, 1)/n_corners
       do i = 1, size(list)
-         do k = 1, 3
+         do k = 1, n_corners
             gathered(m*(k - 1) + 1:m*k, i) = motion(:m, structure%mesh%triangles(k, list(i)))
          end do
       end do
    end subroutine gather_motion
 
    !> evaluate_elements, or evaluate_membranes, of gathered ones. What is not allocated on the side of the caller counts as absent.
-   !> Forces and tangents are those of the freedoms that the elements have: 18, or 9 of membranes.
+   !> Forces and tangents are those of the freedoms that the elements have.
    subroutine evaluate_gathered(section, gathered, status, energy, force, tangent, resultants, toward, threads)
       type(section_t), intent(in) :: section
       type(gathered_t), intent(in) :: gathered
@@ -105,7 +106,7 @@ contains
    subroutine predict_gathered(section, gathered, increment, resultants, status, toward)
       type(section_t), intent(in) :: section
       type(gathered_t), intent(in) :: gathered
-      real(wp), intent(in), contiguous :: increment(:, :) !< (18, elements)
+      real(wp), intent(in), contiguous :: increment(:, :) !< (n_shell, elements)
       real(wp), intent(out), contiguous :: resultants(:, :) !< (n_resultants, elements)
       integer(i4), intent(out), contiguous :: status(:)
       real(wp), intent(in), optional, contiguous :: toward(:, :)

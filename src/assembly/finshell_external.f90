@@ -1,15 +1,16 @@
-!> External forces of a structure: dead nodal forces, summed up once, and a list of loads that depend on the state.
+!> External forces of a structure: a list of loads, the dead ones first.
 !>
-!> `new_external` is the table of kinds: what the input states becomes nodal forces, or items of the list, or both.
+!> `new_external` is the table of kinds: what the input states becomes items of the list.
 module finshell_external
    use finshell_kinds, only: wp
-   use finshell_acting_load, only: load_item_t, displacements_only, with_rotations
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
+   use finshell_acting_load, only: load_item_t, append, on_nothing, displacements_only, with_rotations
    use finshell_assembly, only: assembly_t
    use finshell_centrifugal, only: add_centrifugal
-   use finshell_dead_load, only: add_nodal, add_edge, add_area
+   use finshell_dead_load, only: dead_load_t, new_dead_load, add_nodal, add_edge, add_area
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
-   use finshell_factor, only: by_constant_factor, unscaled, factor_at
+   use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at
    use finshell_follower_load, only: add_pressure_load, pressed_region_t
    use finshell_foundation, only: add_foundation
    use finshell_hydrostatic, only: add_hydrostatic
@@ -23,17 +24,18 @@ module finshell_external
    implicit none
    private
    public :: external_t, springs_t, new_external
-   public :: displacements_only, with_rotations
+   public :: on_nothing, displacements_only, with_rotations
 
-   !> Elements and minus the derivative of the forces that springs exert on their nodes, (9, 9, elements).
+   !> Elements and minus the derivative of the forces that springs exert on their nodes, (n_membrane, n_membrane, elements).
    type :: springs_t
       integer, allocatable :: elements(:)
       real(wp), allocatable :: stiffness(:, :, :)
    end type springs_t
 
    type :: external_t
-      real(wp), allocatable :: dead(:, :, :) !< (6, nodes, factors) forces and moments; finshell_factor; unscaled if any are
+      integer :: factors = by_constant_factor !< that scale loads (finshell_factor); unscaled if any are
       type(load_item_t), allocatable :: list(:)
+      type(load_item_t), allocatable :: own(:) !< the same through the elements of this member of a team; unallocated: no team
       type(pressed_region_t), allocatable :: pressures(:) !< where uniform pressures act
       !> Nodes with dead moments that are free to turn about two axes or more, and an element and its corner at each: such a
       !> moment is not conservative and has an unsymmetric stiffness.
@@ -41,9 +43,10 @@ module finshell_external
       logical :: symmetric = .true. !< all load stiffnesses are symmetric
       logical :: has_constants = .false.
    contains
+      procedure :: keep_own
       procedure :: any_with
       procedure :: add
-      procedure :: add_all
+      procedure :: evaluate
       procedure :: add_change
       procedure :: standing_energy
       procedure :: springs
@@ -59,29 +62,33 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(load_t), allocatable :: loads(:)
       integer, allocatable :: edges(:, :)
+      type(load_item_t), allocatable :: acting(:)
+      type(dead_load_t) :: dead(by_load_factor:by_constant_factor)
       integer :: i, pressures
 
-      allocate (loads(0), self%list(0))
+      allocate (loads(0), acting(0))
       if (allocated(structure%loads)) loads = structure%loads
-      allocate (self%dead(6, size(structure%mesh%coordinates, 2), by_constant_factor), source=0.0_wp)
+      do i = by_load_factor, by_constant_factor
+         call new_dead_load(dead(i), size(structure%mesh%coordinates, 2), i)
+      end do
       allocate (self%pressures(count(loads%kind == load_pressure)))
       pressures = 0
       do i = 1, size(loads)
          associate (load => loads(i))
             select case (load%kind)
-            case (load_nodal); call add_nodal(load, structure, self%dead, error)
+            case (load_nodal); call add_nodal(load, structure, dead(load%scaling), error)
             case (load_edge)
                call loaded_edges(load, structure, edges, error)
                if (allocated(error)) return
-               call add_edge(load, structure%mesh, edges, self%dead)
-               call add_side_load(load, structure, edges, equations%held, self%list)
-            case (load_traction, load_gravity); call add_area(load, structure, self%dead, error)
+               call add_edge(load, structure%mesh, edges, dead(load%scaling))
+               call add_side_load(load, structure, edges, equations%held, acting)
+            case (load_traction, load_gravity); call add_area(load, structure, dead(load%scaling), error)
             case (load_pressure)
                pressures = pressures + 1
-               call add_pressure_load(load, structure, equations, self%list, self%pressures(pressures), error)
-            case ('hydrostatic'); call add_hydrostatic(load, structure, equations, self%list, error)
-            case ('foundation'); call add_foundation(load, structure, self%list, error)
-            case ('centrifugal'); call add_centrifugal(load, structure, self%list, error)
+               call add_pressure_load(load, structure, equations, acting, self%pressures(pressures), error)
+            case ('hydrostatic'); call add_hydrostatic(load, structure, equations, acting, error)
+            case ('foundation'); call add_foundation(load, structure, acting, error)
+            case ('centrifugal'); call add_centrifugal(load, structure, acting, error)
             case default
                call raise(error, status_invalid_argument, "load: unknown kind '"//trim(load%kind)//"'")
             end select
@@ -89,32 +96,57 @@ contains
          if (allocated(error)) return
       end do
       self%has_constants = any(loads%scaling == by_constant_factor)
-      call find_turning(self, structure%mesh, equations)
+      call list_all(self, dead, acting)
+      call find_turning(self, structure%mesh, equations, dead)
       self%symmetric = size(self%turning_nodes) == 0
       do i = 1, size(self%list)
          self%symmetric = self%symmetric .and. self%list(i)%load%symmetric
+         self%factors = max(self%factors, self%list(i)%load%scaling)
       end do
-      if (any(scalings(self) == unscaled)) self%dead = reshape(self%dead, [6, size(self%dead, 2), unscaled], [0.0_wp])
    end subroutine new_external
 
-   pure function scalings(self)
-      type(external_t), intent(in) :: self
-      integer :: scalings(size(self%list)), i
-      do i = 1, size(scalings)
-         scalings(i) = self%list(i)%load%scaling
+   !> Let a member of a team act through its own elements only.
+   subroutine keep_own(self, own, elements)
+      class(external_t), intent(inout) :: self
+      integer, intent(in) :: own(:), elements !< element numbers; how many there are in all
+      logical, allocatable :: mine(:)
+      integer :: i
+      allocate (mine(elements), source=.false.)
+      mine(own) = .true.
+      self%own = self%list
+      do i = 1, size(self%own)
+         call self%own(i)%load%keep(mine(self%list(i)%load%elements))
       end do
-   end function scalings
+   end subroutine keep_own
+
+   !> Dead loads, where there are any, then the others.
+   subroutine list_all(self, dead, acting)
+      type(external_t), intent(inout) :: self
+      type(dead_load_t), intent(in) :: dead(:)
+      type(load_item_t), intent(in) :: acting(:)
+      integer :: i
+      allocate (self%list(0))
+      do i = 1, size(dead)
+         if (any(abs(dead(i)%nodal) > 0)) call append(self%list, dead(i))
+      end do
+      do i = 1, size(acting)
+         call append(self%list, acting(i)%load)
+      end do
+   end subroutine list_all
 
    !> List the nodes whose dead moments have a stiffness.
-   pure subroutine find_turning(self, mesh, equations)
+   pure subroutine find_turning(self, mesh, equations, dead)
       type(external_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
+      type(dead_load_t), intent(in) :: dead(:)
       integer, allocatable :: at(:)
       integer :: e, i, k, node
       allocate (at(size(mesh%coordinates, 2)), source=0)
-      do i = 1, size(at)
-         if (any(abs(self%dead(4:6, i, :)) > 0) .and. count(equations%number(4:6, i) > 0) >= 2) at(i) = 1
+      do k = 1, size(dead)
+         do i = 1, size(at)
+            if (any(abs(dead(k)%nodal(rx:rz, i)) > 0) .and. count(equations%number(rx:rz, i) > 0) >= 2) at(i) = 1
+         end do
       end do
       self%turning_nodes = pack([(i, i=1, size(at))], at > 0)
       allocate (self%turning_elements(size(self%turning_nodes)), self%turning_corners(size(self%turning_nodes)), source=0)
@@ -131,10 +163,10 @@ contains
       end do
    end subroutine find_turning
 
-   !> Are there loads that depend on displacements only, or with rotations?
+   !> Are there loads that depend on nothing, on displacements only, or with rotations?
    pure logical function any_with(self, rows)
       class(external_t), intent(in) :: self
-      integer, intent(in) :: rows !< displacements_only or with_rotations
+      integer, intent(in) :: rows !< on_nothing, displacements_only or with_rotations
       integer :: i
       any_with = .false.
       do i = 1, size(self%list)
@@ -146,33 +178,46 @@ contains
    !> matrix.
    subroutine add(self, rows, structure, equations, state, assembly, unit_force, values)
       class(external_t), intent(in) :: self
-      integer, intent(in) :: rows !< displacements_only or with_rotations
+      integer, intent(in) :: rows !< on_nothing, displacements_only or with_rotations
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       type(assembly_t), intent(in) :: assembly
-      real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, factors)
+      real(wp), intent(inout) :: unit_force(:, :, :) !< (n_nodal, nodes, factors)
       real(wp), intent(inout), optional :: values(:)
-      integer :: i
-      do i = 1, size(self%list)
-         if (self%list(i)%load%rows == rows) &
-            call self%list(i)%load%add(structure, equations, state, assembly, unit_force, values)
-      end do
+      if (allocated(self%own)) then
+         call add_of(self%own)
+      else
+         call add_of(self%list)
+      end if
+
+   contains
+
+      subroutine add_of(list)
+         type(load_item_t), intent(in) :: list(:)
+         integer :: i
+         do i = 1, size(list)
+            if (list(i)%load%rows == rows) call list(i)%load%add(structure, equations, state, assembly, unit_force, values)
+         end do
+      end subroutine add_of
    end subroutine add
 
-   !> Both kinds, each to its own.
-   subroutine add_all(self, structure, equations, state, assembly, unit_force, bulges, values)
+   !> The forces of all loads for factors of 1; with values, their stiffness at the present factors is taken from the matrix.
+   subroutine evaluate(self, structure, equations, state, assembly, unit_force, bulges, values)
       class(external_t), intent(in) :: self
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       type(assembly_t), intent(in) :: assembly
-      real(wp), intent(inout) :: unit_force(:, :, :) !< (6, nodes, factors) of those that depend on displacements only
-      real(wp), intent(inout) :: bulges(:, :, :) !< (6, nodes, factors) of those that depend on rotations, too
+      !> (n_nodal, nodes, factors) of those that do not depend on rotations, and of those that do
+      real(wp), intent(out), allocatable :: unit_force(:, :, :), bulges(:, :, :)
       real(wp), intent(inout), optional :: values(:)
+      allocate (unit_force(n_nodal, size(equations%number, 2), self%factors), source=0.0_wp)
+      bulges = unit_force
+      call self%add(on_nothing, structure, equations, state, assembly, unit_force)
       call self%add(displacements_only, structure, equations, state, assembly, unit_force, values)
       call self%add(with_rotations, structure, equations, state, assembly, bulges, values)
-   end subroutine add_all
+   end subroutine evaluate
 
    !> Add the change of all forces with a motion of the nodes, at the present factors.
    subroutine add_change(self, structure, equations, state, motion, change)
@@ -180,8 +225,8 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
-      real(wp), intent(inout) :: change(:, :) !< (6, nodes)
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) displacements and spins
+      real(wp), intent(inout) :: change(:, :) !< (n_nodal, nodes)
       integer :: i
       do i = 1, size(self%list)
          call self%list(i)%load%add_change(structure, equations, state, motion, change)
@@ -194,14 +239,14 @@ contains
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      real(wp), intent(in), optional :: motion(:, :) !< (6, nodes)
+      real(wp), intent(in), optional :: motion(:, :) !< (n_nodal, nodes)
       real(wp) :: energy
       type(state_t) :: moved
       integer :: i
       energy = 0
-      if (size(self%dead, 3) < unscaled) return
+      if (self%factors < unscaled) return
       moved = state
-      if (present(motion)) moved%displacement = moved%displacement + motion(1:3, :)
+      if (present(motion)) moved%displacement = moved%displacement + motion(ux:uz, :)
       do i = 1, size(self%list)
          if (self%list(i)%load%scaling /= unscaled) cycle
          energy = energy + self%list(i)%load%energy(structure, equations, moved)

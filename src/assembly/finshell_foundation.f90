@@ -5,6 +5,7 @@
 !> element. Those at nodes act through an element at each.
 module finshell_foundation
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: membrane_at, n_membrane, ux, uz
    use finshell_acting_load, only: acting_load_t, load_item_t, append
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise, text_of
@@ -25,6 +26,7 @@ module finshell_foundation
    contains
       procedure :: evaluate
       procedure :: energy
+      procedure :: keep
    end type foundation_t
 
 contains
@@ -46,6 +48,16 @@ contains
       end if
       if (.not. allocated(error)) call append(list, self)
    end subroutine add_foundation
+
+   !> See finshell_acting_load.
+   subroutine keep(self, kept)
+      class(foundation_t), intent(inout) :: self
+      logical, intent(in) :: kept(:)
+      integer :: i
+      if (allocated(self%corners)) self%corners = pack(self%corners, kept)
+      self%springs = self%springs(:, :, pack([(i, i=1, size(kept))], kept))
+      self%elements = pack(self%elements, kept)
+   end subroutine keep
 
    subroutine spread_on_elements(load, structure, self, error)
       type(load_t), intent(in) :: load
@@ -114,11 +126,12 @@ contains
       do e = 1, size(self%elements)
          u = state%displacement(:, structure%mesh%triangles(:, self%elements(e)))
          share = shares(self, e)
-         force(:, e) = -reshape(matmul(self%springs(:, :, e), matmul(u, share)), [9])
+         force(:, e) = -reshape(matmul(self%springs(:, :, e), matmul(u, share)), [n_membrane])
          if (.not. present(stiffness)) cycle
          do j = 1, 3
             do i = 1, 3
-               stiffness(3*i - 2:3*i, 3*j - 2:3*j, e) = -(factor*share(i, j))*self%springs(:, :, e)
+               stiffness(membrane_at(i) + ux:membrane_at(i) + uz, membrane_at(j) + ux:membrane_at(j) + uz, e) &
+                  = -(factor*share(i, j))*self%springs(:, :, e)
             end do
          end do
       end do

@@ -7,6 +7,7 @@
 !> A descent (finshell_descent) does likewise with a mass.
 module finshell_ground
    use finshell_kinds, only: wp, i4, strip
+   use finshell_freedoms, only: n_nodal, uz
    use finshell_error, only: error_t
    use finshell_status, only: status_ok
    use finshell_evaluation, only: level_tangent
@@ -18,6 +19,7 @@ module finshell_ground
    use finshell_state, only: state_t, new_state
    use finshell_structure, only: structure_t
    use finshell_assembly, only: assembly_t, assemble
+   use finshell_voigt, only: row
    implicit none
    private
    public :: is_soft, ground_stiffness, lumped_weight
@@ -45,7 +47,7 @@ contains
    pure function law_is_soft(law) result(soft)
       class(material_t), intent(in) :: law
       logical :: soft
-      real(wp) :: e(strip, 3), w(strip), s(strip, 3), d(strip, 6), scale(6)
+      real(wp) :: e(strip, 3), w(strip), s(strip, 3), d(strip, size(row)), scale(size(row))
       integer(i4) :: status(strip)
       e = 0
       w = 0
@@ -67,7 +69,7 @@ contains
       class(material_t), allocatable :: law
       real(wp), allocatable :: force(:, :)
       type(state_t) :: reference
-      real(wp) :: tangent(6)
+      real(wp) :: tangent(size(row))
       integer(i4) :: status
       integer :: i, k, element, nodes
 
@@ -81,7 +83,7 @@ contains
          end do
       end do
       nodes = size(structure%mesh%coordinates, 2)
-      allocate (force(6, nodes))
+      allocate (force(n_nodal, nodes))
       call new_state(reference, nodes)
       ! in tension: a membrane has stiffness along its normal then
       if (any(sections%membrane)) reference%displacement = tension*structure%mesh%coordinates
@@ -103,9 +105,9 @@ contains
             b = mesh%coordinates(:, nodes(3)) - mesh%coordinates(:, nodes(1))
             area = 0.5_wp*norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)])
             do i = 1, 3
-               do k = 1, 6
+               do k = 1, n_nodal
                   associate (at => equations%number(k, nodes(i)))
-                     if (at > 0) weight(at) = weight(at) + area/3*merge(1.0_wp, detail**2, k <= 3)
+                     if (at > 0) weight(at) = weight(at) + area/3*merge(1.0_wp, detail**2, k <= uz)
                   end associate
                end do
             end do

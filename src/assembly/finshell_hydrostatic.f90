@@ -6,6 +6,7 @@
 !> cuts a facet. A cap, of volume V, has the mean pressure of its facet: potential -weight V sum(W).
 module finshell_hydrostatic
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: membrane_at, n_membrane, n_shell, shell_at, ux, uz
    use finshell_acting_load, only: acting_load_t, load_item_t, append, positions, with_rotations
    use finshell_cap_terms, only: caps_at
    use finshell_equations, only: equations_t
@@ -60,7 +61,7 @@ contains
       call symmetric_origin(structure%mesh, equations, facets%elements, facets%symmetric, origin)
       ! on planes of symmetry the potential below may miss a part
       call boundary_edges(structure%mesh, facets%elements, edges)
-      facets%has_energy = all([(all(equations%number(1:3, edges(:, i)) == 0), i=1, size(edges, 2))]) .and. facets%symmetric
+      facets%has_energy = all([(all(equations%number(ux:uz, edges(:, i)) == 0), i=1, size(edges, 2))]) .and. facets%symmetric
       call append(list, facets)
       caps%elements = curved_elements(structure, facets%elements)
       if (size(caps%elements) == 0) return
@@ -117,13 +118,13 @@ contains
          call wet_part(d, gram, line)
          w = self%weight*matmul(gram, d)
          area = 0.5_wp*cross_product(x(:, 2, e) - x(:, 1, e), x(:, 3, e) - x(:, 1, e))
-         force(:, e) = reshape(spread(area, 2, 3)*spread(w, 1, 3), [9])
+         force(:, e) = reshape(spread(area, 2, 3)*spread(w, 1, 3), [n_membrane])
          if (.not. present(stiffness)) cycle
          do j = 1, 3
             turn(:, :, j) = 0.5_wp*spin(x(:, 1 + mod(j + 1, 3), e) - x(:, 1 + mod(j, 3), e))
             do i = 1, 3
-               stiffness(3*i - 2:3*i, 3*j - 2:3*j, e) = factor*(w(i)*turn(:, :, j) &
-                                                                - self%weight*gram(i, j)*spread(area, 2, 3)*spread(self%up, 1, 3))
+               stiffness(membrane_at(i) + ux:membrane_at(i) + uz, membrane_at(j) + ux:membrane_at(j) + uz, e) &
+                  = factor*(w(i)*turn(:, :, j) - self%weight*gram(i, j)*spread(area, 2, 3)*spread(self%up, 1, 3))
             end do
          end do
       end do
@@ -158,7 +159,7 @@ contains
       real(wp), intent(in), optional :: factor
       real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
       real(wp), allocatable :: x(:, :, :), volume(:)
-      real(wp) :: d(3), gram(3, 3), line(3, 3), mean, slope(18), bend(18, 18)
+      real(wp) :: d(3), gram(3, 3), line(3, 3), mean, slope(n_shell), bend(n_shell, n_shell)
       integer :: e, i, j
       allocate (volume(size(self%elements)))
       x = positions(structure, state, self%elements)
@@ -170,13 +171,14 @@ contains
          slope = 0
          bend = 0
          do i = 1, 3
-            slope(6*i - 5:6*i - 3) = -self%weight*sum(gram(:, i))*self%up
+            slope(shell_at(i) + ux:shell_at(i) + uz) = -self%weight*sum(gram(:, i))*self%up
             do j = 1, 3
-               bend(6*i - 5:6*i - 3, 6*j - 5:6*j - 3) = self%weight*line(i, j)*spread(self%up, 2, 3)*spread(self%up, 1, 3)
+               bend(shell_at(i) + ux:shell_at(i) + uz, shell_at(j) + ux:shell_at(j) + uz) &
+                  = self%weight*line(i, j)*spread(self%up, 2, 3)*spread(self%up, 1, 3)
             end do
          end do
          if (present(stiffness)) stiffness(:, :, e) = factor*(mean*stiffness(:, :, e) + volume(e)*bend &
-            + spread(force(:, e), 2, 18)*spread(slope, 1, 18) + spread(slope, 2, 18)*spread(force(:, e), 1, 18))
+            + spread(force(:, e), 2, n_shell)*spread(slope, 1, n_shell) + spread(slope, 2, n_shell)*spread(force(:, e), 1, n_shell))
          force(:, e) = mean*force(:, e) + volume(e)*slope
       end do
    end subroutine evaluate_caps

@@ -2,6 +2,7 @@
 !> motion of held nodes.
 module finshell_load_terms
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_freedoms, only: n_nodal, n_shell, rx, rz, shell_at
    use finshell_rotation, only: cross_product, spin
    use finshell_discretisation, only: evaluate_gathered, freedoms, gather_elements, gather_motion, gathered_t
    use finshell_structure, only: structure_t
@@ -18,29 +19,29 @@ contains
    !> Stiffness of nodal moments with respect to spins: -spin(m)/2.
    subroutine add_turning(loads, moments, assembly, values)
       type(external_t), intent(in) :: loads
-      real(wp), intent(in) :: moments(:, :) !< (6, nodes) internal forces, without those that bulges balance
+      real(wp), intent(in) :: moments(:, :) !< (n_nodal, nodes) internal forces, without those that bulges balance
       type(assembly_t), intent(in) :: assembly
       real(wp), intent(inout) :: values(:)
       real(wp), allocatable :: force(:, :), stiffness(:, :, :), unused(:, :)
-      integer :: i, first
+      integer :: i, at
       if (size(loads%turning_nodes) == 0) return
-      allocate (force(18, size(loads%turning_nodes)), stiffness(18, 18, size(loads%turning_nodes)), source=0.0_wp)
-      allocate (unused(6, size(moments, 2)), source=0.0_wp)
+      allocate (force(n_shell, size(loads%turning_nodes)), stiffness(n_shell, n_shell, size(loads%turning_nodes)), source=0.0_wp)
+      allocate (unused(n_nodal, size(moments, 2)), source=0.0_wp)
       do i = 1, size(loads%turning_nodes)
-         first = 6*loads%turning_corners(i) - 2
-         stiffness(first:first + 2, first:first + 2, i) = 0.5_wp*spin(moments(4:6, loads%turning_nodes(i)))
+         at = shell_at(loads%turning_corners(i))
+         stiffness(at + rx:at + rz, at + rx:at + rz, i) = 0.5_wp*spin(moments(rx:rz, loads%turning_nodes(i)))
       end do
       call add_element_contributions(assembly, loads%turning_elements, force, unused, stiffness, values)
    end subroutine add_turning
 
    !> The moments of nodes turn with their spins: what the symmetric tangent leaves out of the change of the internal moments.
    pure subroutine turn_moments(moments, motion, force)
-      real(wp), intent(in) :: moments(:, :) !< (6, nodes) internal forces and moments
-      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
-      real(wp), intent(inout) :: force(:, :) !< (6, nodes) change of the internal forces
+      real(wp), intent(in) :: moments(:, :) !< (n_nodal, nodes) internal forces and moments
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) displacements and spins
+      real(wp), intent(inout) :: force(:, :) !< (n_nodal, nodes) change of the internal forces
       integer :: i
       do i = 1, size(motion, 2)
-         force(4:6, i) = force(4:6, i) - 0.5_wp*cross_product(moments(4:6, i), motion(4:6, i))
+         force(rx:rz, i) = force(rx:rz, i) - 0.5_wp*cross_product(moments(rx:rz, i), motion(rx:rz, i))
       end do
    end subroutine turn_moments
 
@@ -48,12 +49,12 @@ contains
    pure function motion_of_held(equations, state, active) result(motion)
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      integer, intent(in) :: active !< factor that changes: 1 load factor, 2 constant factor
-      real(wp) :: motion(6, size(equations%frame))
+      integer, intent(in) :: active !< factor that changes (finshell_factor)
+      real(wp) :: motion(n_nodal, size(equations%frame))
       integer :: i
       motion = 0
       do i = 1, size(equations%moved)
-         motion(:, equations%moved(i)) = motion_at(equations, i, active, state%load_factor, state%constant_factor)
+         motion(:, equations%moved(i)) = motion_at(equations, i, active, state)
       end do
    end function motion_of_held
 
@@ -64,10 +65,10 @@ contains
       type(external_t), intent(in) :: loads
       integer, intent(in) :: elements(:) !< those with a moved node
       type(state_t), intent(in) :: state
-      integer, intent(in) :: active !< factor that changes: 1 load factor, 2 constant factor
-      real(wp), intent(in) :: internal_force(:, :) !< (6, nodes) at the state
-      real(wp), intent(inout) :: rate(:, :) !< (6, nodes)
-      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
+      integer, intent(in) :: active !< factor that changes (finshell_factor)
+      real(wp), intent(in) :: internal_force(:, :) !< (n_nodal, nodes) at the state
+      real(wp), intent(inout) :: rate(:, :) !< (n_nodal, nodes)
+      real(wp), intent(in), optional :: toward(:, :) !< (n_nodal, nodes) see `assemble`
       real(wp), allocatable :: motion(:, :)
       if (size(elements) == 0) return
       motion = motion_of_held(equations, state, active)
@@ -83,9 +84,9 @@ contains
       type(equations_t), intent(in) :: equations
       integer, intent(in) :: elements(:)
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
-      real(wp), intent(inout) :: force(:, :) !< (6, nodes)
-      real(wp), intent(in), optional :: toward(:, :) !< (6, nodes) see `assemble`
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) displacements and spins
+      real(wp), intent(inout) :: force(:, :) !< (n_nodal, nodes)
+      real(wp), intent(in), optional :: toward(:, :) !< (n_nodal, nodes) see `assemble`
       real(wp), allocatable :: heading(:, :) ! unallocated it counts as absent in the call
       real(wp), allocatable :: f(:, :), k(:, :, :), moved(:, :)
       type(gathered_t) :: g

@@ -1,10 +1,12 @@
 !> Does a structure hang loose? Finds the rigid-body motions that the supports leave free, part by part, and names them.
 !>
 !> A rigid motion moves a point x by t + r x (x - c) and turns it by r. The held directions of the supported nodes are linear
-!> conditions on (t, r); what they leave free is the null space of a 6 x 6 matrix. Parts that share no node are
+!> conditions on (t, r); what they leave free is the null space of a small matrix. A rigid motion has the components of
+!> a node (finshell_freedoms). Parts that share no node are
 !> judged on their own.
 module finshell_mechanism
    use finshell_kinds, only: wp, dp
+   use finshell_freedoms, only: n_membrane, n_nodal, membrane_at, rx, rz, ux, uz
    use finshell_rotation, only: cross_product
    use finshell_status, only: status_singular_matrix, status_input_error
    use finshell_error, only: error_t, raise, text_of
@@ -28,7 +30,7 @@ contains
       type(springs_t), intent(in), optional :: springs !< to the ground, which hold as supports do
       integer, allocatable :: part(:)
       integer :: e, parts, p
-      real(wp) :: centre(3), size_of_part, conditions(6, 6), stiffest
+      real(wp) :: centre(3), size_of_part, conditions(n_nodal, n_nodal), stiffest
       character(len=:), allocatable :: names
 
       stiffest = 0
@@ -106,8 +108,8 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
       integer, intent(in) :: part(:), p
-      real(wp), intent(out) :: centre(3), size_of_part, conditions(6, 6)
-      real(wp) :: lowest(3), highest(3), row(6), arm(3)
+      real(wp), intent(out) :: centre(3), size_of_part, conditions(n_nodal, n_nodal)
+      real(wp) :: lowest(3), highest(3), row(n_nodal), arm(3)
       integer :: i, j, k, node
       lowest = huge(1.0_wp)
       highest = -huge(1.0_wp)
@@ -124,15 +126,15 @@ contains
          if (part(node) /= p) cycle
          arm = (mesh%coordinates(:, node) - centre)/size_of_part
          do k = 1, equations%supported(i)%displacements
-            row(1:3) = equations%supported(i)%displacement_axes(:, k)
-            row(4:6) = cross_product(arm, row(1:3))
-            conditions = conditions + spread(row, 2, 6)*spread(row, 1, 6)
+            row(ux:uz) = equations%supported(i)%displacement_axes(:, k)
+            row(rx:rz) = cross_product(arm, row(ux:uz))
+            conditions = conditions + spread(row, 2, n_nodal)*spread(row, 1, n_nodal)
          end do
          do k = 1, equations%supported(i)%rotations
-            row(1:3) = 0
-            row(4:6) = equations%supported(i)%rotation_axes(:, k)
-            do j = 4, 6
-               conditions(4:6, j) = conditions(4:6, j) + row(4:6)*row(j)
+            row(ux:uz) = 0
+            row(rx:rz) = equations%supported(i)%rotation_axes(:, k)
+            do j = rx, rz
+               conditions(rx:rz, j) = conditions(rx:rz, j) + row(rx:rz)*row(j)
             end do
          end do
       end do
@@ -140,16 +142,16 @@ contains
 
    !> Work of the springs of an element on (t, size * r).
    pure subroutine add_springs(x, stiffness, centre, size_of_part, conditions)
-      real(wp), intent(in) :: x(3, 3), stiffness(9, 9), centre(3), size_of_part
-      real(wp), intent(inout) :: conditions(6, 6)
-      real(wp) :: rigid(9, 6), unit(3)
+      real(wp), intent(in) :: x(3, 3), stiffness(n_membrane, n_membrane), centre(3), size_of_part
+      real(wp), intent(inout) :: conditions(n_nodal, n_nodal)
+      real(wp) :: rigid(n_membrane, n_nodal), unit(3)
       integer :: i, k
       do k = 1, 3
          unit = 0
          unit(k) = 1
          do i = 1, 3
-            rigid(3*i - 2:3*i, k) = unit
-            rigid(3*i - 2:3*i, 3 + k) = cross_product(unit, (x(:, i) - centre)/size_of_part)
+            rigid(membrane_at(i) + ux:membrane_at(i) + uz, k) = unit
+            rigid(membrane_at(i) + ux:membrane_at(i) + uz, uz + k) = cross_product(unit, (x(:, i) - centre)/size_of_part)
          end do
       end do
       conditions = conditions + matmul(transpose(rigid), matmul(stiffness, rigid))
@@ -157,19 +159,20 @@ contains
 
    !> Name the null space of the conditions; '' when there is none.
    subroutine name_free_motions(conditions, centre, size_of_part, names)
-      real(wp), intent(in) :: conditions(6, 6), centre(3), size_of_part
+      real(wp), intent(in) :: conditions(n_nodal, n_nodal), centre(3), size_of_part
       character(len=:), allocatable, intent(out) :: names
-      real(wp) :: free(6, 6), free_translation(3, 3), span(3, 6), axes(3, 3), motion(6), point(3), weight(6)
+      real(wp) :: free(n_nodal, n_nodal), motion(n_nodal), span(3, n_nodal), weight(n_nodal)
+      real(wp) :: free_translation(3, 3), axes(3, 3), point(3)
       integer :: count, translations, turns, k, j
 
       call null_space(conditions, free, count)
       names = ''
       if (count == 0) return
-      if (count == 6) then
+      if (count == n_nodal) then
          names = 'all six, nothing is held'
          return
       end if
-      call null_space(conditions(1:3, 1:3), free_translation, translations)
+      call null_space(conditions(ux:uz, ux:uz), free_translation, translations)
       call nice_basis(free_translation(:, :translations), axes, turns)
       do k = 1, translations
          call append(names, 'translation along '//direction_text(axes(:, k)))
@@ -178,7 +181,7 @@ contains
       ! Rotations: a motion with r along each direction of the span of the rotation parts, least in the other parts.
       span = 0
       do j = 1, count
-         span(:, j) = free(4:6, j)
+         span(:, j) = free(rx:rz, j)
       end do
       call nice_basis(span(:, :count), axes, turns)
       do k = 1, turns
@@ -187,9 +190,9 @@ contains
          call solve_span(span(:, :count), axes(:, k), weight(:count))
          motion = matmul(free(:, :count), weight(:count))
          do j = 1, translations
-            motion(1:3) = motion(1:3) - dot_product(free_translation(:, j), motion(1:3))*free_translation(:, j)
+            motion(ux:uz) = motion(ux:uz) - dot_product(free_translation(:, j), motion(ux:uz))*free_translation(:, j)
          end do
-         point = centre + size_of_part*cross_product(motion(4:6), motion(1:3))
+         point = centre + size_of_part*cross_product(motion(rx:rz), motion(ux:uz))
          call append(names, 'rotation about '//axis_text(axes(:, k))//' through '//point_text(point, size_of_part))
       end do
    end subroutine name_free_motions
@@ -319,17 +322,17 @@ contains
       real(wp) :: moves, turns
       integer :: node
 
-      allocate (nodal(6, size(mesh%coordinates, 2)))
+      allocate (nodal(n_nodal, size(mesh%coordinates, 2)))
       call scatter(equations, null_vector, nodal)
-      moves = maxval(norm2(nodal(1:3, :), 1))
-      turns = maxval(norm2(nodal(4:6, :), 1))
+      moves = maxval(norm2(nodal(ux:uz, :), 1))
+      turns = maxval(norm2(nodal(rx:rz, :), 1))
       text = 'the tangent is singular: the structure can move without force, most at node '
       if (moves > 1.0e-6_wp*turns) then
-         node = maxloc(norm2(nodal(1:3, :), 1), 1)
-         text = text//text_of(node)//' along '//direction_text(nodal(1:3, node)/norm2(nodal(1:3, node)))
+         node = maxloc(norm2(nodal(ux:uz, :), 1), 1)
+         text = text//text_of(node)//' along '//direction_text(nodal(ux:uz, node)/norm2(nodal(ux:uz, node)))
       else
-         node = maxloc(norm2(nodal(4:6, :), 1), 1)
-         text = text//text_of(node)//', which turns about '//axis_text(nodal(4:6, node)/norm2(nodal(4:6, node)))
+         node = maxloc(norm2(nodal(rx:rz, :), 1), 1)
+         text = text//text_of(node)//', which turns about '//axis_text(nodal(rx:rz, node)/norm2(nodal(rx:rz, node)))
       end if
       text = text//'; a support is missing there, or a part of it has lost its stiffness'
    end function name_mode

@@ -1,9 +1,10 @@
 !> Adding element matrices to the values of a sparse matrix.
 !>
-!> Nodes whose six equations are consecutive (all but the supported ones, usually) meet in runs of six neighbouring
+!> Nodes whose equations are all there and consecutive (all but the supported ones, usually) meet in runs of neighbouring
 !> entries: an offset for each pair of nodes then says it all, and whole runs are added at once. Other elements have the place of
 !> every entry written down.
 module finshell_scatter
+   use finshell_freedoms, only: n_corners, n_membrane, n_nodal, n_shell, shell_displacements, uz
    use finshell_kinds, only: wp, i4
    use finshell_sparsity, only: sparsity_t, element_positions
    implicit none
@@ -36,7 +37,7 @@ contains
       type(scatter_t), intent(out) :: self
       type(sparsity_t), intent(in) :: pattern
       integer, intent(in) :: triangles(:, :) !< (3, elements) nodes
-      integer, intent(in) :: eq(:, :) !< (6, nodes) equations, 0 = constrained
+      integer, intent(in) :: eq(:, :) !< (n_nodal, nodes) equations, 0 = constrained
       logical, intent(in), optional :: membranes(:) !< (elements) those that have displacements only
       integer(i4), allocatable :: list(:)
       logical, allocatable :: regular(:)
@@ -46,9 +47,10 @@ contains
       self%column_pointer = pattern%column_pointer
       allocate (regular(size(eq, 2)))
       do j = 1, size(eq, 2)
-         regular(j) = eq(1, j) > 0 .and. all(eq(2:, j) - eq(:5, j) == 1)
+         regular(j) = eq(1, j) > 0 .and. all(eq(2:, j) - eq(:n_nodal - 1, j) == 1)
       end do
-      allocate (self%equation(3, size(triangles, 2)), self%offset(merge(3, 9, self%symmetric), size(triangles, 2)))
+      allocate (self%equation(n_corners, size(triangles, 2)))
+      allocate (self%offset(merge(size(pair_row), n_corners**2, self%symmetric), size(triangles, 2)))
       allocate (self%irregular(size(triangles, 2)), list(size(triangles, 2)))
       if (present(membranes)) then
          if (any(membranes)) call scatter_membranes()
@@ -65,18 +67,18 @@ contains
             list(n) = int(e, i4)
             self%irregular(e) = int(n, i4)
          else if (self%symmetric) then
-            do j = 1, 3
+            do j = 1, size(pair_row)
                associate (a => self%equation(pair_row(j), e), b => self%equation(pair_column(j), e))
                   hi = max(a, b)
                   lo = min(a, b)
                end associate
-               self%offset(j, e) = int(pattern%find(hi, lo) - self%column_pointer(lo) - 6, i4)
+               self%offset(j, e) = int(pattern%find(hi, lo) - self%column_pointer(lo) - n_nodal, i4)
             end do
          else
-            do j = 1, 3
+            do j = 1, n_corners
                lo = self%equation(j, e)
-               do k = 1, 3
-                  self%offset(3*j - 3 + k, e) = int(pattern%find(self%equation(k, e), lo) - self%column_pointer(lo), i4)
+               do k = 1, n_corners
+                  self%offset(n_corners*(j - 1) + k, e) = int(pattern%find(self%equation(k, e), lo) - self%column_pointer(lo), i4)
                end do
             end do
          end if
@@ -95,7 +97,7 @@ contains
             found = found + 1_i4
             self%membrane(i) = found
          end do
-         call element_positions(pattern, triangles(:, pack([(i, i=1, size(membranes))], membranes)), eq(:3, :), self%displacements)
+         call element_positions(pattern, triangles(:, pack([(i, i=1, size(membranes))], membranes)), eq(:uz, :), self%displacements)
       end subroutine scatter_membranes
    end subroutine new_scatter
 
@@ -103,17 +105,16 @@ contains
    pure subroutine add_element_matrix(self, e, k, values)
       type(scatter_t), intent(in) :: self
       integer, intent(in) :: e
-      real(wp), intent(in), contiguous :: k(:, :) !< (18, 18); of an element that has displacements only, (9, 9) will do
+      real(wp), intent(in), contiguous :: k(:, :) !< (n_shell, n_shell), or of a membrane (n_membrane, n_membrane)
       real(wp), intent(inout) :: values(:)
-      integer, parameter :: displacements(9) = [1, 2, 3, 7, 8, 9, 13, 14, 15]
       integer(i4) :: membrane
       membrane = 0
       if (allocated(self%membrane)) membrane = self%membrane(e)
       if (membrane > 0) then
-         if (size(k, 1) == 9) then
+         if (size(k, 1) == n_membrane) then
             call add_entries(self%symmetric, self%displacements(:, membrane), k, values)
          else
-            call add_entries(self%symmetric, self%displacements(:, membrane), k(displacements, displacements), values)
+            call add_entries(self%symmetric, self%displacements(:, membrane), k(shell_displacements, shell_displacements), values)
          end if
       else if (self%irregular(e) > 0) then
          call add_entries(self%symmetric, self%position(:, self%irregular(e)), k, values)
@@ -140,40 +141,43 @@ contains
    end subroutine add_entries
 
    pure subroutine add_lower_runs(column_pointer, equation, offset, k, values)
-      integer(i4), intent(in) :: column_pointer(:), equation(3), offset(3)
-      real(wp), intent(in) :: k(18, 18)
+      integer(i4), intent(in) :: column_pointer(:), equation(n_corners), offset(size(pair_row))
+      real(wp), intent(in) :: k(n_shell, n_shell)
       real(wp), intent(inout) :: values(:)
       integer :: j, c, p, hi, lo, node
-      do node = 1, 3
-         do c = 1, 6
+      do node = 1, n_corners
+         do c = 1, n_nodal
             p = column_pointer(equation(node) + c - 1) - c
-            values(p + c:p + 6) = values(p + c:p + 6) + k(6*node - 6 + c:6*node, 6*node - 6 + c)
+            values(p + c:p + n_nodal) = values(p + c:p + n_nodal) &
+               + k(n_nodal*(node - 1) + c:n_nodal*node, n_nodal*(node - 1) + c)
          end do
       end do
-      do j = 1, 3
+      do j = 1, size(pair_row)
          hi = pair_row(j)
          lo = pair_column(j)
          if (equation(hi) < equation(lo)) then
             hi = pair_column(j)
             lo = pair_row(j)
          end if
-         do c = 1, 6
-            p = column_pointer(equation(lo) + c - 1) + 6 - c + offset(j)
-            values(p + 1:p + 6) = values(p + 1:p + 6) + k(6*hi - 5:6*hi, 6*lo - 6 + c)
+         do c = 1, n_nodal
+            p = column_pointer(equation(lo) + c - 1) + n_nodal - c + offset(j)
+            values(p + 1:p + n_nodal) = values(p + 1:p + n_nodal) &
+               + k(n_nodal*(hi - 1) + 1:n_nodal*hi, n_nodal*(lo - 1) + c)
          end do
       end do
    end subroutine add_lower_runs
 
    pure subroutine add_full_runs(column_pointer, equation, offset, k, values)
-      integer(i4), intent(in) :: column_pointer(:), equation(3), offset(9)
-      real(wp), intent(in) :: k(18, 18)
+      integer(i4), intent(in) :: column_pointer(:), equation(n_corners), offset(n_corners**2)
+      real(wp), intent(in) :: k(n_shell, n_shell)
       real(wp), intent(inout) :: values(:)
       integer :: c, p, row, column
-      do column = 1, 3
-         do c = 1, 6
-            do row = 1, 3
-               p = column_pointer(equation(column) + c - 1) + offset(3*column - 3 + row)
-               values(p:p + 5) = values(p:p + 5) + k(6*row - 5:6*row, 6*column - 6 + c)
+      do column = 1, n_corners
+         do c = 1, n_nodal
+            do row = 1, n_corners
+               p = column_pointer(equation(column) + c - 1) + offset(n_corners*(column - 1) + row)
+               values(p:p + n_nodal - 1) = values(p:p + n_nodal - 1) &
+                  + k(n_nodal*(row - 1) + 1:n_nodal*row, n_nodal*(column - 1) + c)
             end do
          end do
       end do

@@ -1,6 +1,7 @@
 !> A dead load on sides of elements that can bulge: what it does beside pushing the nodes (finshell_line_load).
 module finshell_side_load
    use finshell_kinds, only: wp, i8
+   use finshell_freedoms, only: n_nodal, n_shell, shell_at
    use finshell_acting_load, only: acting_load_t, load_item_t, append, with_rotations
    use finshell_batch, only: side_free
    use finshell_equations, only: equations_t
@@ -25,9 +26,18 @@ module finshell_side_load
       real(wp) :: vector(3) = 0 !< force per reference length
    contains
       procedure :: evaluate => evaluate_sides
+      procedure :: keep
    end type side_load_t
 
 contains
+
+   !> See finshell_acting_load.
+   subroutine keep(self, kept)
+      class(side_load_t), intent(inout) :: self
+      logical, intent(in) :: kept(:)
+      self%sides = pack(self%sides, kept)
+      self%elements = pack(self%elements, kept)
+   end subroutine keep
 
    !> The sides of elements that lie on edges, but those that supports keep straight, and those of membranes.
    subroutine add_side_load(load, structure, edges, held, list)
@@ -100,15 +110,15 @@ contains
       real(wp), intent(out), contiguous :: force(:, :)
       real(wp), intent(in), optional :: factor
       real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
-      real(wp) :: x(3, 3), t(3, 2), f(18), k(18, 18)
-      integer :: i, j, n, node, place(18)
+      real(wp) :: x(3, 3), t(3, 2), f(n_shell), k(n_shell, n_shell)
+      integer :: i, j, n, node, place(n_shell)
       do n = 1, size(self%elements)
          associate (side => self%sides(n), mesh => structure%mesh)
             do i = 1, 3
                node = mesh%triangles(side%corners(i), self%elements(n))
                x(:, i) = mesh%coordinates(:, node) + state%displacement(:, node)
                if (i < 3) t(:, i) = matmul(quaternion_to_matrix(state%rotation(:, node)), side%direction)
-               place(6*i - 5:6*i) = [(6*(side%corners(i) - 1) + j, j=1, 6)]
+               place(shell_at(i) + 1:shell_at(i) + n_nodal) = [(shell_at(side%corners(i)) + j, j=1, n_nodal)]
             end do
             if (present(stiffness)) then
                call bulge_load(side%length, self%vector, x, t, f, k)

@@ -5,6 +5,7 @@
 !> the force of a unit pressure.
 module finshell_volume
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: n_membrane, n_nodal, n_shell, ux, uz
    use finshell_status, only: status_input_error
    use finshell_error, only: error_t, raise
    use finshell_cap_terms, only: caps_at
@@ -106,26 +107,25 @@ contains
       integer :: i, n
 
       n = size(self%elements)
-      allocate (force(9, n), pressure(n), caps(18, size(self%curved)))
-      allocate (nodal(6, size(structure%mesh%coordinates, 2)), source=0.0_wp)
+      allocate (force(n_membrane, n), pressure(n), caps(n_shell, size(self%curved)))
+      allocate (nodal(n_nodal, size(structure%mesh%coordinates, 2)), source=0.0_wp)
       pressure = 1
       call follower_pressure(n, pressure, positions(structure, state, self%elements), .true., self%origin, force)
       do i = 1, n
          associate (nodes => structure%mesh%triangles(:, self%elements(i)))
-            nodal(1:3, nodes) = nodal(1:3, nodes) + reshape(force(:, i), [3, 3])
+            nodal(ux:uz, nodes) = nodal(ux:uz, nodes) + reshape(force(:, i), [uz, size(nodes)])
          end associate
       end do
       if (size(self%curved) > 0) call caps_at(structure, self%curved, state, force=caps, held=self%held)
       do i = 1, size(self%curved)
          associate (nodes => structure%mesh%triangles(:, self%curved(i)))
-            nodal(:, nodes) = nodal(:, nodes) + reshape(caps(:, i), [6, 3])
+            nodal(:, nodes) = nodal(:, nodes) + reshape(caps(:, i), [n_nodal, size(nodes)])
          end associate
       end do
       call gather(equations, nodal, gradient)
       rate = 0
       do i = 1, size(equations%moved)
-         rate = rate + dot_product(nodal(:, equations%moved(i)), &
-                                   motion_at(equations, i, 1, state%load_factor, state%constant_factor))
+         rate = rate + dot_product(nodal(:, equations%moved(i)), motion_at(equations, i, by_load_factor, state))
       end do
    end subroutine volume_gradient
 end module finshell_volume

@@ -5,6 +5,7 @@ module finshell_watched_displacement
    use finshell_error, only: error_t, raise, text_of
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
    use finshell_equations, only: equations_t
+   use finshell_factor, only: by_load_factor
    implicit none
    private
    public :: watch_displacement
@@ -50,7 +51,7 @@ contains
             if (equations%number(k, node) > 0) gradient(equations%number(k, node)) = share*axis(k)
          end do
          if (moved_of(node) > 0) &
-            rate = rate + share*equations%motion(component, moved_of(node), 1)
+            rate = rate + share*equations%motion(component, moved_of(node), by_load_factor)
       end do
       if (.not. any(abs(gradient) > 0) .and. .not. abs(rate) > 0) &
          call raise(error, status_input_error, "step: displacement "//text_of(component)//" of '"//node_set &

@@ -9,6 +9,7 @@ module finshell_batch
    use finshell_chunk, only: evaluate_chunk, n_resultants
    use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_freedoms, only: n_shell
    use finshell_element, only: block_t, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, &
       rotation_increment
    use finshell_element_fields, only: surface_stress
@@ -44,7 +45,7 @@ contains
       real(wp), intent(in) :: rotation(:, :, :)
       integer, intent(in) :: convention !< rotation_quaternion, rotation_vector or rotation_increment
       integer(i4), intent(out) :: status(n) !< per element, see finshell_status
-      real(wp), intent(out), optional :: energy(n), force(18, n), tangent(18, 18, n)
+      real(wp), intent(out), optional :: energy(n), force(n_shell, n), tangent(n_shell, n_shell, n)
       real(wp), intent(in), optional :: direction(3, n) !< material direction 1, projected on the element; default global x
       integer, intent(in), optional :: threads !< default: OpenMP's, but no more than pay; 1 inside a parallel region
       !> Quaternions that rotation_increment starts from: R = exp(rotation) state. Required by it, not looked at otherwise.
@@ -53,7 +54,7 @@ contains
       real(wp), intent(in), optional :: resultants(n_resultants, n)
       !> Nodal displacements and spins, with rotation_quaternion and `tangent`: where a law has a switch, as fibres in tension only
       !> have it in the reference state, the tangent is the one-sided one in this direction; default: that without the fibres.
-      real(wp), intent(in), optional :: toward(18, n)
+      real(wp), intent(in), optional :: toward(n_shell, n)
       !> Sides (nodes 1-2, 2-3, 3-1) whose displacement is prescribed, in the plane of the element (side_straight) or in it and
       !> along its normal (side_fixed); else side_free.
       integer, intent(in), optional :: held(3, n)
@@ -108,7 +109,7 @@ contains
       end if
       if (.not. quiet) then
          call hold(environment)
-         call check_results(n, 18, status, energy, force, tangent)
+         call check_results(n, n_shell, status, energy, force, tangent)
          call release(environment)
       end if
    end subroutine evaluate_elements
@@ -122,17 +123,17 @@ contains
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), quaternion(4, 3, n)
-      real(wp), intent(in) :: increment(18, n) !< nodal displacements and spins, u1 t1 u2 t2 u3 t3
+      real(wp), intent(in) :: increment(n_shell, n) !< nodal displacements and spins, u1 t1 u2 t2 u3 t3
       real(wp), intent(out) :: resultants(n_resultants, n)
       integer(i4), intent(out) :: status(n)
       real(wp), intent(in), optional :: direction(3, n)
-      real(wp), intent(in), optional :: toward(18, n) !< as in `evaluate_elements`
+      real(wp), intent(in), optional :: toward(n_shell, n) !< as in `evaluate_elements`
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
       type(block_t) :: block
       type(environment_t) :: environment
       type(stress_t) :: stress
-      real(wp) :: increments(lanes, 18)
+      real(wp) :: increments(lanes, n_shell)
       integer(i4) :: found(lanes)
       integer :: first, g, l, v
 

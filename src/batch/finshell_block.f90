@@ -1,6 +1,7 @@
 !> A block of `lanes` elements side by side: gathered, its input and its results checked, its matrices written one by one.
 module finshell_block
    use finshell_element, only: block_t, rotation_vector, rotation_increment, rotation_quaternion
+   use finshell_freedoms, only: n_shell
    use finshell_kinds, only: wp, i4, lanes
    use finshell_reference, only: side_free, side_fixed
    use finshell_status, only: status_invalid_argument, status_large_rotation, status_material_limit, status_not_a_number, &
@@ -29,7 +30,7 @@ contains
       integer, intent(in) :: first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       type(block_t), intent(out) :: block
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), toward(18, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), toward(n_shell, n)
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
       integer :: c, e, j, l
@@ -106,7 +107,7 @@ contains
          end do
       end if
       if (block%has_toward) then
-         do c = 1, 18
+         do c = 1, n_shell
             most = most + block%toward(:, c)**2
          end do
       end if
@@ -133,7 +134,7 @@ contains
          end if
       end do
       if (block%has_toward) then
-         do c = 1, 18
+         do c = 1, n_shell
             tr = tr + 0*block%toward(:, c)
          end do
       end if
@@ -201,10 +202,10 @@ contains
    !> Tangents of a block, upper triangles side by side, as full matrices one after the other.
    pure subroutine separate(used, block, elements)
       integer, intent(in) :: used
-      real(wp), intent(inout) :: block(lanes, 18, 18) !< the lower triangles are filled
-      real(wp), intent(inout) :: elements(18, 18, used)
+      real(wp), intent(inout) :: block(lanes, n_shell, n_shell) !< the lower triangles are filled
+      real(wp), intent(inout) :: elements(n_shell, n_shell, used)
       integer :: i, j, l
-      do j = 1, 18
+      do j = 1, n_shell
          do i = 1, j - 1
             block(:, j, i) = block(:, i, j)
          end do

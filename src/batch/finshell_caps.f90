@@ -4,6 +4,7 @@ module finshell_caps
    use finshell_element, only: block_t, cap_block
    use finshell_environment, only: environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_freedoms, only: n_shell
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
@@ -24,12 +25,12 @@ contains
       !> same.
       real(wp), intent(in), optional :: normal(3, 3, n)
       integer(i4), intent(out) :: status(n)
-      real(wp), intent(out), optional :: volume(n), force(18, n), tangent(18, 18, n)
+      real(wp), intent(out), optional :: volume(n), force(n_shell, n), tangent(n_shell, n_shell, n)
       real(wp), intent(in), optional :: state(4, 3, n)
       integer, intent(in), optional :: held(3, n)
       type(block_t) :: block
       type(environment_t) :: environment
-      real(wp) :: v(lanes), f(lanes, 18), k(lanes, 18, 18)
+      real(wp) :: v(lanes), f(lanes, n_shell), k(lanes, n_shell, n_shell)
       integer(i4) :: found(lanes), input(lanes)
       integer :: first, l, level, used
       logical :: changed

@@ -5,6 +5,7 @@ module finshell_chunk
    use finshell_block, only: check_input, gather, separate
    use finshell_element, only: block_t, evaluate_block, stress_t
    use finshell_evaluation, only: level_tangent
+   use finshell_freedoms, only: n_shell
    use finshell_kinds, only: wp, i4, lanes
    use finshell_section, only: section_t
    use finshell_status, only: status_ok
@@ -24,13 +25,13 @@ contains
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
       integer(i4), intent(inout) :: status(n)
-      real(wp), intent(inout), optional :: energy(n), force(18, n), tangent(18, 18, n)
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), toward(18, n)
+      real(wp), intent(inout), optional :: energy(n), force(n_shell, n), tangent(n_shell, n_shell, n)
+      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), toward(n_shell, n)
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
       type(block_t) :: block
       type(stress_t) :: stress
-      real(wp) :: eb(lanes), fb(lanes, 18), kb(lanes, 18, 18)
+      real(wp) :: eb(lanes), fb(lanes, n_shell), kb(lanes, n_shell, n_shell)
       integer(i4) :: found(lanes)
       integer :: i, l, used
       logical :: changed
@@ -58,7 +59,7 @@ contains
       if (present(energy)) energy(first + 1:first + used) = eb(1:used)
       if (present(force)) then
          do l = 1, used
-            do i = 1, 18
+            do i = 1, n_shell
                force(i, first + l) = fb(l, i)
             end do
          end do

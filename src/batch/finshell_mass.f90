@@ -9,6 +9,7 @@
 !> on the direction of the normal, so that it stays constant in large motions. Rates refer to displacements and
 !> spins; at a rotation vector theta the spin is T(theta) times its rate. Membranes have the first term alone.
 module finshell_mass
+   use finshell_freedoms, only: n_corners, n_membrane, n_shell, rx, rz, shell_at, ux, uz
    use finshell_kinds, only: wp, i4
    use finshell_rotation, only: cross_product, spin
    use finshell_section, only: section_t
@@ -26,8 +27,8 @@ contains
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
       integer(i4), intent(out) :: status(n)
-      real(wp), intent(out), optional :: consistent(18, 18, n) !< order u1 t1 u2 t2 u3 t3, symmetric
-      real(wp), intent(out), optional :: lumped(18, n) !< diagonal: a third of the element per node; no I1
+      real(wp), intent(out), optional :: consistent(n_shell, n_shell, n) !< order u1 t1 u2 t2 u3 t3, symmetric
+      real(wp), intent(out), optional :: lumped(n_shell, n) !< diagonal: a third of the element per node; no I1
       real(wp) :: normal(3), area, coupling(3, 3), share
       integer :: c, e, i, j, p, q
 
@@ -37,9 +38,9 @@ contains
          if (present(consistent)) consistent(:, :, e) = 0
          if (status(e) /= status_ok) cycle
          if (present(lumped)) then
-            do i = 0, 12, 6
-               lumped(i + 1:i + 3, e) = section%inertia(1)*area/3
-               lumped(i + 4:i + 6, e) = section%inertia(3)*area/3
+            do i = 1, n_corners
+               lumped(shell_at(i) + ux:shell_at(i) + uz, e) = section%inertia(1)*area/3
+               lumped(shell_at(i) + rx:shell_at(i) + rz, e) = section%inertia(3)*area/3
             end do
          end if
          if (.not. present(consistent)) cycle
@@ -49,14 +50,14 @@ contains
             do i = 1, 3
                share = area/12
                if (i == j) share = area/6
-               p = 6*i - 6
-               q = 6*j - 6
+               p = shell_at(i)
+               q = shell_at(j)
                do c = 1, 3
                   consistent(p + c, q + c, e) = section%inertia(1)*share
-                  consistent(p + 3 + c, q + 3 + c, e) = section%inertia(3)*share
+                  consistent(p + uz + c, q + uz + c, e) = section%inertia(3)*share
                end do
-               consistent(p + 1:p + 3, q + 4:q + 6, e) = (section%inertia(2)*share)*coupling
-               consistent(p + 4:p + 6, q + 1:q + 3, e) = (section%inertia(2)*share)*transpose(coupling)
+               consistent(p + ux:p + uz, q + rx:q + rz, e) = (section%inertia(2)*share)*coupling
+               consistent(p + rx:p + rz, q + ux:q + uz, e) = (section%inertia(2)*share)*transpose(coupling)
             end do
          end do
       end do
@@ -68,8 +69,8 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n)
       integer(i4), intent(out) :: status(n)
-      real(wp), intent(out), optional :: consistent(9, 9, n) !< order u1 u2 u3, symmetric
-      real(wp), intent(out), optional :: lumped(9, n)
+      real(wp), intent(out), optional :: consistent(n_membrane, n_membrane, n) !< order u1 u2 u3, symmetric
+      real(wp), intent(out), optional :: lumped(n_membrane, n)
       real(wp) :: normal(3), area
       integer :: e, i, j
 
@@ -79,8 +80,8 @@ contains
          if (present(lumped)) lumped(:, e) = section%inertia(1)*area/3
          if (.not. present(consistent)) cycle
          consistent(:, :, e) = 0
-         do j = 1, 9
-            do i = modulo(j - 1, 3) + 1, 9, 3
+         do j = 1, n_membrane
+            do i = modulo(j - 1, uz) + ux, n_membrane, uz
                consistent(i, j, e) = section%inertia(1)*merge(area/6, area/12, i == j)
             end do
          end do

@@ -3,9 +3,10 @@ module finshell_membrane_batch
    use finshell_block, only: check_results, vanishing
    use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_freedoms, only: n_membrane
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_element_fields, only: surface_stress
-   use finshell_membrane, only: membrane_t, n_membrane, recover_membrane
+   use finshell_membrane, only: membrane_t, recover_membrane
    use finshell_membrane_chunk, only: check_membranes, evaluate_membrane_chunk, gather_membranes
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
@@ -15,7 +16,7 @@ module finshell_membrane_batch
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
    private
-   public :: evaluate_membranes, recover_membranes, n_membrane
+   public :: evaluate_membranes, recover_membranes
    public :: state_slack, state_taut, state_wrinkled
 
    !> Blocks a thread must have to pay (some 100 us of work).

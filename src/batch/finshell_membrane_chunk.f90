@@ -3,8 +3,9 @@
 module finshell_membrane_chunk
    use finshell_block, only: check_length
    use finshell_evaluation, only: level_force, level_tangent
+   use finshell_freedoms, only: n_membrane
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_membrane, only: evaluate_membrane, membrane_t, n_membrane
+   use finshell_membrane, only: evaluate_membrane, membrane_t
    use finshell_section, only: section_t
    use finshell_status, only: status_not_a_number, status_ok
    implicit none

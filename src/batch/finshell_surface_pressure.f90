@@ -3,6 +3,7 @@
 module finshell_surface_pressure
    use finshell_caps, only: evaluate_caps
    use finshell_environment, only: environment_t, hold, release
+   use finshell_freedoms, only: n_membrane, n_shell, shell_displacements
    use finshell_kinds, only: wp, i4
    use finshell_pressure, only: enclosed_volume, follower_pressure
    use finshell_status, only: status_collapsed_element, status_invalid_argument, status_not_a_number, status_ok
@@ -27,12 +28,12 @@ contains
       logical, intent(in), optional :: symmetric !< on the facets the gradient of p times `volume`; default: p A n/3 at each node
       real(wp), intent(in), optional :: origin(3) !< of the volume; default 0, 0, 0
       real(wp), intent(out), optional :: volume(n) !< from the origin to the facet, and of the cap on it
-      real(wp), intent(out), optional :: force(18, n)
-      real(wp), intent(out), optional :: stiffness(18, 18, n) !< d force(i) / d unknown(j)
+      real(wp), intent(out), optional :: force(n_shell, n)
+      real(wp), intent(out), optional :: stiffness(n_shell, n_shell, n) !< d force(i) / d unknown(j)
       real(wp), intent(in), optional :: state(4, 3, n), normal(3, 3, n)
       integer, intent(in), optional :: held(3, n) !< sides, as in evaluate_elements
       type(environment_t) :: environment
-      real(wp) :: centre(3), position(3, 3, 1), f(9, 1), k(9, 9, 1), column(18), total
+      real(wp) :: centre(3), position(3, 3, 1), f(n_membrane, 1), k(n_membrane, n_membrane, 1), column(n_shell), total
       logical :: gradient
       integer :: e, i, j
 
@@ -56,15 +57,10 @@ contains
             if (present(stiffness)) then
                call follower_pressure(1, pressure(e:e), position, gradient, centre, f, k)
                if (present(normal)) stiffness(:, :, e) = pressure(e)*stiffness(:, :, e)
-               do j = 0, 2
-                  do i = 0, 2
-                     associate (part => stiffness(6*i + 1:6*i + 3, 6*j + 1:6*j + 3, e))
-                        part = k(3*i + 1:3*i + 3, 3*j + 1:3*j + 3, 1) + part
-                     end associate
-                  end do
-               end do
+               stiffness(shell_displacements, shell_displacements, e) = k(:, :, 1) &
+                                                                        + stiffness(shell_displacements, shell_displacements, e)
                column = 0
-               do j = 1, 18
+               do j = 1, n_shell
                   column = column + 0*stiffness(:, j, e)
                end do
                total = total + sum(column)
@@ -73,9 +69,7 @@ contains
             end if
             if (present(force)) then
                force(:, e) = pressure(e)*force(:, e)
-               do i = 0, 2
-                  force(6*i + 1:6*i + 3, e) = f(3*i + 1:3*i + 3, 1) + force(6*i + 1:6*i + 3, e)
-               end do
+               force(shell_displacements, e) = f(:, 1) + force(shell_displacements, e)
                total = total + sum(0*force(:, e))
             end if
             ! an area or a volume that overflows

@@ -4,6 +4,7 @@
 !> lists belong to finshell_batch.
 module finshell_element
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_freedoms, only: n_shell
    use finshell_cap, only: cap_volume
    use finshell_curved, only: curved_t, turned_t, new_curved, new_turned, turn_nodes
    use finshell_core, only: core_t, stress_t, heading_t, evaluate_core, n_core
@@ -40,7 +41,7 @@ module finshell_element
       !> With quaternions and level_tangent only. Displacements and spins: the tangent is the one-sided one in this direction where
       !> a law has a switch (finshell_material).
       logical :: has_toward
-      real(wp) :: toward(lanes, 18)
+      real(wp) :: toward(lanes, n_shell)
       logical :: has_normals
       real(wp) :: normal(lanes, 3, 3) !< of the curved reference at the nodes (element, component, node)
    end type block_t
@@ -52,8 +53,8 @@ contains
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       type(block_t), intent(in) :: block
-      real(wp), intent(inout) :: energy(lanes), force(lanes, 18)
-      real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle
+      real(wp), intent(inout) :: energy(lanes), force(lanes, n_shell)
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle
       integer(i4), intent(out) :: status(lanes)
       type(stress_t), intent(in), optional :: stress !< resultants for the geometric part of the tangent
       type(reference_t) :: ref
@@ -79,8 +80,8 @@ contains
    pure subroutine cap_block(level, block, volume, force, tangent, status)
       integer, intent(in) :: level !< level_energy: the volume, level_force or level_tangent
       type(block_t), intent(in) :: block
-      real(wp), intent(inout) :: volume(lanes), force(lanes, 18)
-      real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle
+      real(wp), intent(inout) :: volume(lanes), force(lanes, n_shell)
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle
       integer(i4), intent(out) :: status(lanes)
       type(reference_t) :: ref
       type(turned_t) :: turned
@@ -126,7 +127,7 @@ contains
       type(filter_t), intent(in) :: filter
       type(vector_rotation_t), intent(in) :: vectors
       type(core_t), intent(in) :: core
-      real(wp), intent(inout) :: force(lanes, 18), tangent(lanes, 18, 18)
+      real(wp), intent(inout) :: force(lanes, n_shell), tangent(lanes, n_shell, n_shell)
       real(wp) :: node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3)
       integer :: i
       do i = 1, 3
@@ -144,7 +145,7 @@ contains
    pure subroutine predict_block(section, block, increment, stress, status)
       type(section_t), intent(in) :: section
       type(block_t), intent(in) :: block !< quaternions
-      real(wp), intent(in) :: increment(lanes, 18) !< u1 t1 u2 t2 u3 t3, spins
+      real(wp), intent(in) :: increment(lanes, n_shell) !< u1 t1 u2 t2 u3 t3, spins
       type(stress_t), intent(out) :: stress
       integer(i4), intent(out) :: status(lanes)
       type(reference_t) :: ref

@@ -3,6 +3,7 @@
 !> What counts as rounding of strains: finshell_strain_floor. Below it a fibre counts as unstretched.
 module finshell_heading
    use finshell_kinds, only: wp, lanes
+   use finshell_freedoms, only: n_corners, n_shell, shell_at, uz
    use finshell_core, only: heading_t
    use finshell_curved, only: curved_t
    use finshell_filter, only: filter_t
@@ -47,16 +48,16 @@ contains
       type(section_t), intent(in) :: section
       type(reference_t), intent(in) :: ref
       type(filter_t), intent(in) :: filter
-      real(wp), intent(in) :: motion(lanes, 18) !< displacements and spins, u1 t1 u2 t2 u3 t3
+      real(wp), intent(in) :: motion(lanes, n_shell) !< displacements and spins, u1 t1 u2 t2 u3 t3
       type(heading_t), intent(inout) :: heading
       real(wp), dimension(lanes) :: largest, turn
       integer :: i, k
       largest = 0
       turn = 0
-      do k = 0, 12, 6
+      do k = 1, n_corners
          do i = 1, 3
-            largest = max(largest, abs(motion(:, k + i)))
-            turn = max(turn, abs(motion(:, k + 3 + i)))
+            largest = max(largest, abs(motion(:, shell_at(k) + i)))
+            turn = max(turn, abs(motion(:, shell_at(k) + uz + i)))
          end do
       end do
       heading%directed = .true.

@@ -10,6 +10,7 @@
 !> out-of-balance moments. For total rotation vectors it is the exact Hessian.
 module finshell_lift
    use finshell_kinds, only: wp, lanes
+   use finshell_freedoms, only: n_nodal, n_shell, uz
    use finshell_core, only: core_t, n_core
    use finshell_filter, only: filter_t
    use finshell_lift_geometric, only: geometric_part, n_lift
@@ -30,9 +31,9 @@ contains
       !> Per node, columns: the corotated axes as seen by the rotational dofs (filter%rotation for spins, T' times it for
       !> total rotation vectors).
       real(wp), intent(in) :: node_frame(lanes, 3, 3, 3)
-      real(wp), intent(inout) :: force(lanes, 18)
+      real(wp), intent(inout) :: force(lanes, n_shell)
       real(wp), intent(inout) :: moment(lanes, 3, 3) !< nodal moments conjugate to spins (global component, node)
-      real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle only
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle only
       real(wp) :: h(lanes, 3, 3, 3) !< H_i (row, column, node)
       real(wp) :: a(lanes, 3, 3, 3) !< d(tau_i, G_i1, G_i2)/dx_i (row, column, node)
       real(wp) :: lf(lanes, n_core, 6) !< d(core)/dy
@@ -53,7 +54,7 @@ contains
    pure subroutine core_variation(ref, filter, increment, variation)
       type(reference_t), intent(in) :: ref
       type(filter_t), intent(in) :: filter
-      real(wp), intent(in) :: increment(lanes, 18)
+      real(wp), intent(in) :: increment(lanes, n_shell)
       real(wp), intent(out) :: variation(lanes, n_core)
       real(wp) :: h(lanes, 3, 3, 3), a(lanes, 3, 3, 3), lf(lanes, n_core, 6), y(lanes, n_lift)
       integer :: c, i, m, v
@@ -64,9 +65,9 @@ contains
          do c = 1, 3
             do m = 1, 3
                ! components in the corotated axes
-               y(:, c) = y(:, c) + ref%gradient(:, 1, i)*(filter%rotation(:, m, c)*increment(:, 6*i - 6 + m))
-               y(:, 3 + c) = y(:, 3 + c) + ref%gradient(:, 2, i)*(filter%rotation(:, m, c)*increment(:, 6*i - 6 + m))
-               y(:, 3 + 3*i + c) = y(:, 3 + 3*i + c) + filter%rotation(:, m, c)*increment(:, 6*i - 3 + m)
+               y(:, c) = y(:, c) + ref%gradient(:, 1, i)*(filter%rotation(:, m, c)*increment(:, n_nodal*(i - 1) + m))
+               y(:, 3 + c) = y(:, 3 + c) + ref%gradient(:, 2, i)*(filter%rotation(:, m, c)*increment(:, n_nodal*(i - 1) + m))
+               y(:, 3 + 3*i + c) = y(:, 3 + 3*i + c) + filter%rotation(:, m, c)*increment(:, n_nodal*(i - 1) + uz + m)
             end do
          end do
       end do
@@ -215,15 +216,15 @@ contains
       type(reference_t), intent(in) :: ref
       type(filter_t), intent(in) :: filter
       real(wp), intent(in) :: node_frame(lanes, 3, 3, 3), f(lanes, n_lift)
-      real(wp), intent(inout) :: force(lanes, 18), moment(lanes, 3, 3)
+      real(wp), intent(inout) :: force(lanes, n_shell), moment(lanes, 3, 3)
       real(wp), dimension(lanes) :: a, b
       integer :: c, i
       do c = 1, 3
          a = filter%rotation(:, c, 1)*f(:, 1) + filter%rotation(:, c, 2)*f(:, 2) + filter%rotation(:, c, 3)*f(:, 3)
          b = filter%rotation(:, c, 1)*f(:, 4) + filter%rotation(:, c, 2)*f(:, 5) + filter%rotation(:, c, 3)*f(:, 6)
          do i = 1, 3
-            force(:, 6*i - 6 + c) = ref%gradient(:, 1, i)*a + ref%gradient(:, 2, i)*b
-            force(:, 6*i - 3 + c) = node_frame(:, c, 1, i)*f(:, 4 + 3*i) + node_frame(:, c, 2, i)*f(:, 5 + 3*i) &
+            force(:, n_nodal*(i - 1) + c) = ref%gradient(:, 1, i)*a + ref%gradient(:, 2, i)*b
+            force(:, n_nodal*(i - 1) + uz + c) = node_frame(:, c, 1, i)*f(:, 4 + 3*i) + node_frame(:, c, 2, i)*f(:, 5 + 3*i) &
                + node_frame(:, c, 3, i)*f(:, 6 + 3*i)
             moment(:, c, i) = filter%rotation(:, c, 1)*f(:, 4 + 3*i) + filter%rotation(:, c, 2)*f(:, 5 + 3*i) &
                + filter%rotation(:, c, 3)*f(:, 6 + 3*i)
@@ -236,7 +237,7 @@ contains
       type(reference_t), intent(in) :: ref
       type(filter_t), intent(in) :: filter
       real(wp), intent(in) :: node_frame(lanes, 3, 3, 3), k(lanes, n_lift, n_lift)
-      real(wp), intent(inout) :: tangent(lanes, 18, 18)
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell)
       real(wp) :: a(lanes, 3, 3), b(lanes, 3, 3, 3), g(lanes, 3, 3, 2)
       integer :: c, d, i, j
 
@@ -251,7 +252,7 @@ contains
          do i = 1, j
             do d = 1, 3
                do c = 1, merge(d, 3, i == j)
-                  tangent(:, 6*i - 6 + c, 6*j - 6 + d) = &
+                  tangent(:, n_nodal*(i - 1) + c, n_nodal*(j - 1) + d) = &
                      ref%gradient(:, 1, i)*(ref%gradient(:, 1, j)*b(:, c, d, 1) + ref%gradient(:, 2, j)*b(:, c, d, 3)) &
                      + ref%gradient(:, 2, i)*(ref%gradient(:, 1, j)*b(:, d, c, 3) + ref%gradient(:, 2, j)*b(:, c, d, 2))
                end do
@@ -268,10 +269,10 @@ contains
             do d = 1, 3
                do c = 1, 3
                   if (i <= j) then
-                     tangent(:, 6*i - 6 + c, 6*j - 3 + d) = ref%gradient(:, 1, i)*g(:, c, d, 1) &
+                     tangent(:, n_nodal*(i - 1) + c, n_nodal*(j - 1) + uz + d) = ref%gradient(:, 1, i)*g(:, c, d, 1) &
                         + ref%gradient(:, 2, i)*g(:, c, d, 2)
                   else
-                     tangent(:, 6*j - 3 + d, 6*i - 6 + c) = ref%gradient(:, 1, i)*g(:, c, d, 1) &
+                     tangent(:, n_nodal*(j - 1) + uz + d, n_nodal*(i - 1) + c) = ref%gradient(:, 1, i)*g(:, c, d, 1) &
                         + ref%gradient(:, 2, i)*g(:, c, d, 2)
                   end if
                end do
@@ -285,7 +286,7 @@ contains
             call rotated(node_frame(:, :, :, i), a, node_frame(:, :, :, j), b(:, :, :, 1))
             do d = 1, 3
                do c = 1, merge(d, 3, i == j)
-                  tangent(:, 6*i - 3 + c, 6*j - 3 + d) = b(:, c, d, 1)
+                  tangent(:, n_nodal*(i - 1) + uz + c, n_nodal*(j - 1) + uz + d) = b(:, c, d, 1)
                end do
             end do
          end do

@@ -6,6 +6,7 @@
 !> constant stress a pair of moments about the normal, which the drilling freedoms of the element need (finshell_drilling). They
 !> have no resultant force, and neighbouring sides of a straight edge cancel each other at the node between them.
 module finshell_line_load
+   use finshell_freedoms, only: n_nodal, n_shell, uz
    use finshell_kinds, only: wp
    use finshell_reference, only: alpha_b
    use finshell_rotation, only: cross_product
@@ -15,18 +16,19 @@ module finshell_line_load
 
 contains
 
-   !> Nodal forces and moments (6 for each end of the side, 6 for the third node), and their symmetric stiffness for displacements
+   !> Nodal forces and moments (of both ends of the side, then of the third node), and their symmetric stiffness for displacements
    !> and spins: derivative of the force along exp(spin) R, without the part that belongs to the turning of the moments themselves.
    pure subroutine bulge_load(length, q, x, t, force, stiffness)
       real(wp), intent(in) :: length !< of the side, reference
       real(wp), intent(in) :: q(3) !< force per reference length
       real(wp), intent(in) :: x(3, 3) !< deformed positions: ends of the side, counter-clockwise, and the third node
       real(wp), intent(in) :: t(3, 2) !< unit reference direction of the side turned with each end
-      real(wp), intent(out) :: force(18)
-      real(wp), intent(out), optional :: stiffness(18, 18)
+      real(wp), intent(out) :: force(n_shell)
+      real(wp), intent(out), optional :: stiffness(n_shell, n_shell)
       real(wp), dimension(3) :: d, e, h, b, a, n, ph, pb, pa, g, fd, fe
       real(wp), dimension(3) :: dd, de, dh, db, da, dn, dph, dpb, dpa, dg, dfd, dfe, mi, mj
       real(wp) :: k, la, hn, bn, dla, dhn, dbn, dt(3, 2), unit(3)
+      integer, parameter :: last = 2*n_nodal + uz ! the third node has no moment
       integer :: i, node
 
       k = -alpha_b/12*length
@@ -53,14 +55,14 @@ contains
 
       ! the change of all that along each displacement and spin
       stiffness = 0
-      do i = 1, 15
-         node = (i - 1)/6 + 1
+      do i = 1, last
+         node = (i - 1)/n_nodal + 1
          unit = 0
-         unit(1 + mod(i - 1, 3)) = 1
+         unit(1 + mod(i - 1, uz)) = 1
          dd = 0
          de = 0
          dt = 0
-         select case ((i - 1)/3)
+         select case ((i - 1)/uz)
          case (0)
             dd = -unit
             de = -unit
@@ -88,7 +90,7 @@ contains
             + cross_product(t(:, 1), cross_product(dt(:, 2), pb) + cross_product(t(:, 2), dpb))
          mj = cross_product(dt(:, 2), cross_product(pb, t(:, 1))) &
             + cross_product(t(:, 2), cross_product(dpb, t(:, 1)) + cross_product(pb, dt(:, 1)))
-         stiffness(:15, i) = -[-dfd - dfe, mi, dfd, mj, dfe]
+         stiffness(:last, i) = -[-dfd - dfe, mi, dfd, mj, dfe]
       end do
       stiffness = 0.5_wp*(stiffness + transpose(stiffness))
    end subroutine bulge_load

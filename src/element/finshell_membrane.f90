@@ -5,6 +5,7 @@
 !> P_i = N_ij f_j, dP_i/df_j = N_ij I + D_ikjl f_k (x) f_l. Any in-plane axes do; a wrinkled sheet's are those of its ridges.
 module finshell_membrane
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_freedoms, only: n_membrane
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_material_direction, only: material_direction
    use finshell_membrane_section, only: integrate_membrane, membrane_force_t, membrane_switches_t
@@ -18,9 +19,8 @@ module finshell_membrane
    use finshell_voigt, only: rotate_strain, rotate_stress
    implicit none
    private
-   public :: membrane_t, evaluate_membrane, recover_membrane, n_membrane
+   public :: membrane_t, evaluate_membrane, recover_membrane
 
-   integer, parameter :: n_membrane = 9 !< freedoms: u1 u2 u3, three components each
 
    !> Least J over tr C of a sheet that does not wrinkle, as for the shell.
    real(wp), parameter :: smallest_jacobian = 1.0e-8_wp

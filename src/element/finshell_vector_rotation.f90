@@ -3,6 +3,7 @@
 !> The same functions as in finshell_rotation, for `lanes` elements side by side; sines, cosines and coefficients once.
 module finshell_vector_rotation
    use finshell_kinds, only: wp, lanes
+   use finshell_freedoms, only: n_nodal, n_shell, uz
    use finshell_evaluation, only: level_force
    use finshell_rotation_coefficients, only: tangent_coefficients
    implicit none
@@ -79,12 +80,12 @@ contains
    pure subroutine add_vector_curvature(v, moment, tangent)
       type(vector_rotation_t), intent(in) :: v
       real(wp), intent(in) :: moment(lanes, 3, 3) !< conjugate to the spins (component, node)
-      real(wp), intent(inout) :: tangent(lanes, 18, 18) !< upper triangle
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle
       real(wp), dimension(lanes, 3) :: once, twice, b
       real(wp) :: work(lanes)
       integer :: c, i, o, r
       do i = 1, 3
-         o = 6*i - 3
+         o = n_nodal*(i - 1) + uz
          associate (t => v%theta(:, :, i), m => moment(:, :, i))
             call cross(t, m, once)
             call cross(t, once, twice)

@@ -1,8 +1,9 @@
 !> Sparse linear systems: one type for symmetric (definite or not) and unsymmetric matrices.
 !>
 !> `analyse` once for a pattern, `factorise` for every new set of values, `solve` as often as wanted.
-!> A symmetric matrix is first tried as positive definite when the last one was; what fails is done again as L D L^T, whose
-!> negative pivots are counted. A pivot that is exactly zero need not mean a singular matrix (there is no pivoting): the
+!> A symmetric matrix is first tried as positive definite when the last one was; what fails is done again as L D L^T, by another
+!> solver where there is a better one, and its negative pivots are counted. The order of the equations is found once, at the first
+!> factorisation, for all. A pivot that is exactly zero need not mean a singular matrix (without pivoting): the
 !> factorisation is then repeated with a slightly shifted diagonal, and refinement removes the shift from the solution.
 !>
 !> All judgements are free of units: equation i is measured by scale(i), such that entry (i, j) is compared with
@@ -10,13 +11,14 @@
 !> A matrix is called singular when a vector v has |A v| <= singular_tolerance |v| in that measure.
 module finshell_linear_solver
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use finshell_cholmod, only: cholmod_t
+   use finshell_back_ends, only: choose_solvers, lack_of_solver
+   use finshell_direct_solver, only: direct_solver_t, pivots_t, solver_options_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: dp
-   use finshell_matrix_scale, only: equilibrate, initial_scale
+   use finshell_matrix_scale, only: equilibrate, initial_scale, shifted
    use finshell_sparsity, only: sparsity_t
    use finshell_status, only: status_invalid_argument, status_not_a_number, status_singular_matrix
-   use finshell_umfpack, only: umfpack_t
+   use finshell_team, only: agree, shared
    implicit none
    private
    public :: linear_solver_t
@@ -41,11 +43,14 @@ module finshell_linear_solver
       real(dp) :: smallest_pivot = 0 !< relative to the diagonal, last symmetric factorisation
       integer :: refinements = 0 !< most taken for a right-hand side of the last solve
       real(dp) :: residual = 0 !< largest relative residual of the last solve
-      integer :: analyses = 0, factorisations = 0 !< numeric factorisations tried, including failed ones
+      integer :: analyses = 0 !< orderings
+      integer :: factorisations = 0 !< numeric ones tried, including failed ones
+      type(solver_options_t) :: options !< to be set before `analyse`
       type(sparsity_t), private :: pattern
       real(dp), allocatable, private :: values(:), scale(:)
-      type(cholmod_t), private :: cholmod
-      type(umfpack_t), private :: umfpack
+      integer, allocatable, private :: order(:)
+      class(direct_solver_t), allocatable, private :: first, second !< the second, if there is one, for indefinite matrices
+      logical, private :: by_second = .false., second_ready = .false. !< the last factors are its own; it knows the pattern
       logical, private :: expect_definite = .true., ready = .false.
    contains
       procedure :: analyse
@@ -53,39 +58,56 @@ module finshell_linear_solver
       generic :: solve => solve_one, solve_many
       procedure :: magnitude
       procedure :: free
-      procedure, private :: solve_one, solve_many, prepare, factorise_symmetric, factorise_unsymmetric
-      procedure, private :: backend, shifted_values, examine, refine
+      procedure :: prepare
+      procedure :: memory
+      procedure, private :: solve_one, solve_many, factorise_by_one, try
+      procedure, private :: backend, examine, refine
       procedure, private :: copy
       generic :: assignment(=) => copy
    end type linear_solver_t
 
 contains
 
-   !> Take over a pattern and analyse it.
+   !> Take over a pattern. It is analysed when it is first factorised, or by `prepare`.
+   !> Errors: status_invalid_argument for a solver that this build does not have.
    subroutine analyse(self, pattern, error)
       class(linear_solver_t), intent(inout) :: self
       type(sparsity_t), intent(in) :: pattern
       type(error_t), allocatable, intent(out) :: error
+      character(len=:), allocatable :: reason
       call self%free()
       self%pattern = pattern
       self%expect_definite = .true.
-      call self%prepare(error)
+      reason = lack_of_solver(self%options, shared(self%pattern%team))
+      if (reason /= '') call raise(error, status_invalid_argument, reason)
    end subroutine analyse
 
-   !> Analyse unless done.
+   !> Order the equations and find the pattern of the factors, unless done. Errors: status_out_of_memory, status_invalid_argument.
    subroutine prepare(self, error)
       class(linear_solver_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
-      if (self%pattern%n == 0) return
-      if (self%pattern%symmetric) then
-         if (self%cholmod%analysed()) return
-         call self%cholmod%analyse(self%pattern%n, self%pattern%column_pointer, self%pattern%row, error)
-      else
-         if (self%umfpack%analysed()) return
-         call self%umfpack%analyse(self%pattern%n, self%pattern%column_pointer, self%pattern%row, error)
+      if (self%pattern%n == 0 .or. allocated(self%first)) return
+      call choose_solvers(self%options, self%pattern%symmetric, shared(self%pattern%team), self%first, self%second)
+      if (.not. allocated(self%first)) then
+         call raise(error, status_invalid_argument, 'this finshell was built without a solver for this matrix')
+         return
+      end if
+      call self%first%analyse(self%pattern, self%order, error)
+      if (allocated(error)) then
+         deallocate (self%first)
+         return
       end if
       self%analyses = self%analyses + 1
+      if (.not. self%first%definite_only .and. allocated(self%second)) deallocate (self%second)
    end subroutine prepare
+
+   !> Bytes of the factors; 0 before `prepare`.
+   real(dp) function memory(self)
+      class(linear_solver_t), intent(in) :: self
+      memory = 0
+      if (allocated(self%first)) memory = self%first%memory()
+      if (self%by_second) memory = self%second%memory()
+   end function memory
 
    !> Factorise the matrix with these values.
    !>
@@ -113,8 +135,9 @@ contains
          j = findloc(self%pattern%column_pointer > i, .true., 1) - 1
          call raise(error, status_not_a_number, 'the matrix is not finite in row '//text_of(int(self%pattern%row(i)))// &
                     ', column '//text_of(j))
-         return
       end if
+      call agree(self%pattern%team, error)
+      if (allocated(error)) return
       call self%prepare(error)
       if (allocated(error)) return
       self%values = values
@@ -129,83 +152,65 @@ contains
          self%negative_pivots = merge(0, -1, self%pattern%symmetric)
          self%determinant_sign = 1
          self%definite = .true.
-      else if (self%pattern%symmetric) then
-         call self%factorise_symmetric(error)
       else
-         call self%factorise_unsymmetric(error)
+         call self%factorise_by_one(error)
       end if
       self%ready = .not. allocated(error)
    end subroutine factorise
 
-   subroutine factorise_symmetric(self, error)
+   subroutine factorise_by_one(self, error)
       class(linear_solver_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
-      real(dp), allocatable :: d(:)
-      logical :: ok, supernodal
+      type(pivots_t) :: pivots
+      logical :: as_definite
 
-      ok = .false.
-      supernodal = self%cholmod%supernodal()
-      if (self%expect_definite .and. supernodal) then
-         self%factorisations = self%factorisations + 1
-         call self%cholmod%factorise(self%values, .true., ok, error)
+      as_definite = self%pattern%symmetric .and. self%expect_definite .and. self%first%definite_only
+      if (as_definite) then
+         call self%try(self%values, .true., pivots, error)
          if (allocated(error)) return
       end if
-      if (.not. ok) then
+      if (.not. pivots%ok) then
          call equilibrate(self%pattern, self%values, self%scale)
-         self%factorisations = self%factorisations + 1
-         call self%cholmod%factorise(self%values, .false., ok, error)
+         call self%try(self%values, .false., pivots, error)
          if (allocated(error)) return
       end if
-      allocate (d(self%pattern%n))
-      if (ok) then
-         call self%cholmod%pivots(d)
-         ok = all(ieee_is_finite(d))
-         if (ok) ok = all(abs(d) > 0)
-      end if
-      if (.not. ok) then
-         self%factorisations = self%factorisations + 1
-         call self%cholmod%factorise(self%shifted_values(), .false., ok, error)
+      if (.not. pivots%ok) then
+         ! With pivoting this is the end; the shift then only serves to find the null vector.
+         call self%try(shifted(self%pattern, self%values, self%scale, diagonal_shift), .false., pivots, error)
          if (allocated(error)) return
-         if (.not. ok) then
+         if (.not. pivots%ok) then
             call raise(error, status_singular_matrix, 'a pivot is zero even after a shift of the diagonal')
             self%singular_equation = minloc(self%scale, 1)
             return
          end if
-         call self%cholmod%pivots(d)
+         pivots%smallest = 0
       end if
-      self%smallest_pivot = minval(abs(d)/self%scale**2)
-      self%negative_pivots = count(d < 0)
-      self%determinant_sign = 1 - 2*mod(self%negative_pivots, 2)
-      self%definite = self%negative_pivots == 0
+      self%smallest_pivot = pivots%smallest
+      self%negative_pivots = pivots%negative
+      self%determinant_sign = pivots%determinant_sign
+      self%definite = pivots%negative == 0
       self%expect_definite = self%definite
-      if (self%smallest_pivot < suspicious_pivot) call self%examine(error)
-   end subroutine factorise_symmetric
+      if (pivots%smallest < suspicious_pivot) call self%examine(error)
+   end subroutine factorise_by_one
 
-   subroutine factorise_unsymmetric(self, error)
+   !> Let the solver for such matrices factorise.
+   subroutine try(self, values, definite, pivots, error)
       class(linear_solver_t), intent(inout) :: self
+      real(dp), intent(in), contiguous :: values(:)
+      logical, intent(in) :: definite
+      type(pivots_t), intent(out) :: pivots
       type(error_t), allocatable, intent(out) :: error
-      logical :: ok
-      real(dp) :: rcond
-
-      call equilibrate(self%pattern, self%values, self%scale)
       self%factorisations = self%factorisations + 1
-      call self%umfpack%factorise(self%values, ok, rcond, error)
-      if (allocated(error)) return
-      if (.not. ok) then
-         ! UMFPACK pivots, so this is the end; the shift only serves to find the null vector.
-         self%factorisations = self%factorisations + 1
-         call self%umfpack%factorise(self%shifted_values(), ok, rcond, error)
-         if (allocated(error)) return
-         if (.not. ok) then
-            call raise(error, status_singular_matrix, 'a pivot is zero even after a shift of the diagonal')
-            self%singular_equation = minloc(self%scale, 1)
-            return
-         end if
-         rcond = 0
+      self%by_second = .not. definite .and. allocated(self%second)
+      if (.not. self%by_second) then
+         call self%first%factorise(values, self%scale, definite, pivots, error)
+         return
       end if
-      self%determinant_sign = self%umfpack%determinant_sign()
-      if (rcond < suspicious_pivot) call self%examine(error)
-   end subroutine factorise_unsymmetric
+      if (.not. self%second_ready) call self%second%analyse(self%pattern, self%order, error)
+      if (allocated(error)) return
+      self%second_ready = .true.
+      call self%second%factorise(values, self%scale, definite, pivots, error)
+   end subroutine try
 
    !> Solve for one right-hand side.
    subroutine solve_one(self, rhs, x, error)
@@ -354,31 +359,21 @@ contains
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
       type(error_t), allocatable, intent(out) :: error
-      if (self%pattern%symmetric) then
-         call self%cholmod%solve(b, x, error)
+      if (self%by_second) then
+         call self%second%solve(b, x, error)
       else
-         call self%umfpack%solve(b, x, error)
+         call self%first%solve(b, x, error)
       end if
    end subroutine backend
-
-   !> The matrix plus a little of its scale on the diagonal.
-   function shifted_values(self) result(shifted)
-      class(linear_solver_t), intent(in) :: self
-      real(dp), allocatable :: shifted(:)
-      integer :: j, p
-      shifted = self%values
-      do j = 1, self%pattern%n
-         do p = self%pattern%column_pointer(j), self%pattern%column_pointer(j + 1) - 1
-            if (self%pattern%row(p) == j) shifted(p) = shifted(p) + diagonal_shift*self%scale(j)**2
-         end do
-      end do
-   end function shifted_values
 
    !> Give everything back; the counters start again.
    subroutine free(self)
       class(linear_solver_t), intent(inout) :: self
-      call self%cholmod%free()
-      call self%umfpack%free()
+      if (allocated(self%first)) deallocate (self%first)
+      if (allocated(self%second)) deallocate (self%second)
+      if (allocated(self%order)) deallocate (self%order)
+      self%by_second = .false.
+      self%second_ready = .false.
       self%ready = .false.
       self%analyses = 0
       self%factorisations = 0
@@ -395,6 +390,7 @@ contains
       call self%free()
       self%pattern = pattern
       self%singular_tolerance = other%singular_tolerance
+      self%options = other%options
       self%expect_definite = .true.
    end subroutine copy
 end module finshell_linear_solver

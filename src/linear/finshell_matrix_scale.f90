@@ -4,14 +4,15 @@
 module finshell_matrix_scale
    use finshell_kinds, only: dp
    use finshell_sparsity, only: sparsity_t
+   use finshell_team, only: largest_of, leads
    implicit none
    private
-   public :: initial_scale, equilibrate
+   public :: initial_scale, equilibrate, shifted
 
 contains
 
    !> Root of the diagonal; where that is zero, root of the largest entry of row and column.
-   pure subroutine initial_scale(pattern, values, scale, empty_equation)
+   subroutine initial_scale(pattern, values, scale, empty_equation)
       type(sparsity_t), intent(in) :: pattern
       real(dp), intent(in) :: values(:)
       real(dp), allocatable, intent(out) :: scale(:)
@@ -28,7 +29,7 @@ contains
    end subroutine initial_scale
 
    !> Change the scale until no scaled entry exceeds one (nothing to do for a definite matrix).
-   pure subroutine equilibrate(pattern, values, scale)
+   subroutine equilibrate(pattern, values, scale)
       type(sparsity_t), intent(in) :: pattern
       real(dp), intent(in) :: values(:)
       real(dp), intent(inout) :: scale(:)
@@ -41,8 +42,22 @@ contains
       end do
    end subroutine equilibrate
 
-   !> Largest scaled entry of row and column of each equation.
-   pure subroutine largest_entries(pattern, values, scale, largest)
+   !> The values with a little of the scale added to the diagonal.
+   function shifted(pattern, values, scale, shift) result(changed)
+      type(sparsity_t), intent(in) :: pattern
+      real(dp), intent(in) :: values(:), scale(:), shift
+      real(dp), allocatable :: changed(:)
+      integer :: j, p
+      changed = values
+      if (.not. leads(pattern%team)) return
+      do j = 1, pattern%n
+         p = pattern%find(j, j)
+         if (p > 0) changed(p) = changed(p) + shift*scale(j)**2
+      end do
+   end function shifted
+
+   !> Largest scaled entry of row and column of each equation; entries to which several members of a team add count by their parts.
+   subroutine largest_entries(pattern, values, scale, largest)
       type(sparsity_t), intent(in) :: pattern
       real(dp), intent(in) :: values(:), scale(:)
       real(dp), allocatable, intent(out) :: largest(:)
@@ -57,5 +72,6 @@ contains
             largest(j) = max(largest(j), entry)
          end do
       end do
+      call largest_of(pattern%team, largest)
    end subroutine largest_entries
 end module finshell_matrix_scale

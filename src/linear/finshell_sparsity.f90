@@ -4,18 +4,22 @@
 !> come out ascending because equations are visited in ascending order and each one is appended to the columns it meets.
 module finshell_sparsity
    use finshell_kinds, only: dp, i4
+   use finshell_freedoms, only: n_corners, n_nodal
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_invalid_argument
+   use finshell_team, only: add_up, team_t
    implicit none
    private
    public :: sparsity_t, new_sparsity, element_positions
 
-   !> Compressed columns, numbered from 1. The diagonal is always part of the pattern.
+   !> Compressed columns, numbered from 1. The diagonal is always part of the pattern. Each member of a team has the pattern of its
+   !> own elements, and the matrix is the sum of all.
    type :: sparsity_t
       integer :: n = 0 !< equations
       logical :: symmetric = .true. !< only the lower triangle is stored
       integer(i4), allocatable :: column_pointer(:) !< (n + 1): column j is at column_pointer(j) .. column_pointer(j+1) - 1
       integer(i4), allocatable :: row(:) !< ascending within a column
+      class(team_t), pointer :: team => null()
    contains
       procedure :: entries
       procedure :: find
@@ -58,18 +62,20 @@ contains
    !>
    !> Every equation 1 .. maxval(eq) must belong to some degree of freedom; equations of nodes without an element keep
    !> their diagonal, so that the solver can name them as singular. Errors: status_invalid_argument.
-   subroutine new_sparsity(pattern, triangles, eq, symmetric, error)
+   subroutine new_sparsity(pattern, triangles, eq, symmetric, error, team)
       type(sparsity_t), intent(out) :: pattern
-      integer, intent(in) :: triangles(:, :) !< (3, elements) node numbers
-      integer, intent(in) :: eq(:, :) !< (6, nodes) equation numbers, 0 = constrained
+      integer, intent(in) :: triangles(:, :) !< (3, elements) node numbers; those of this member of the team
+      integer, intent(in) :: eq(:, :) !< (n_nodal, nodes) equation numbers, 0 = constrained
       logical, intent(in) :: symmetric !< store the lower triangle only
       type(error_t), allocatable, intent(out) :: error
+      class(team_t), pointer, intent(in), optional :: team
       type(incidence_t) :: at_node
       integer(i4), allocatable :: neighbour_first(:), neighbour(:), home_first(:), home(:), mark(:)
       integer, allocatable :: fill(:)
       integer(i4) :: total
 
       pattern%symmetric = symmetric
+      if (present(team)) pattern%team => team
       call check_equations(triangles, eq, pattern%n, error)
       if (allocated(error)) return
       call node_incidence(triangles, size(eq, 2), at_node)
@@ -99,7 +105,7 @@ contains
             do h = home_first(r), home_first(r + 1) - 1
                node = home(h)
                do k = neighbour_first(node), neighbour_first(node + 1) - 1
-                  do i = 1, 6
+                  do i = 1, n_nodal
                      c = eq(i, neighbour(k))
                      if (c == 0) cycle
                      if (symmetric .and. c > r) cycle
@@ -165,11 +171,11 @@ contains
    end function packed_index
 
    !> y = A x, and optionally the same with absolute values throughout (the scale of its rounding errors).
-   pure subroutine multiply(self, values, x, y, y_abs)
+   subroutine multiply(self, values, x, y, y_abs)
       class(sparsity_t), intent(in) :: self
       real(dp), intent(in) :: values(:), x(:)
-      real(dp), intent(out) :: y(:)
-      real(dp), optional, intent(out) :: y_abs(:)
+      real(dp), intent(out), contiguous :: y(:)
+      real(dp), optional, intent(out), contiguous :: y_abs(:)
       integer :: j, p, r
       real(dp) :: yj, aj, xj, t
 
@@ -193,10 +199,12 @@ contains
          y(j) = y(j) + yj
          if (present(y_abs)) y_abs(j) = y_abs(j) + aj
       end do
+      call add_up(self%team, y)
+      if (present(y_abs)) call add_up(self%team, y_abs)
    end subroutine multiply
 
    !> The diagonal of the matrix with these values.
-   pure function diagonal(self, values) result(d)
+   function diagonal(self, values) result(d)
       class(sparsity_t), intent(in) :: self
       real(dp), intent(in) :: values(:)
       real(dp) :: d(self%n)
@@ -206,6 +214,7 @@ contains
          d(j) = 0
          if (p > 0) d(j) = values(p)
       end do
+      call add_up(self%team, d)
    end function diagonal
 
    !> Number of equations; every number from 1 on must be used, and only once within an element.
@@ -218,8 +227,9 @@ contains
       integer :: i, j, e, k
 
       n = 0
-      if (size(triangles, 1) /= 3 .or. size(eq, 1) /= 6) then
-         call raise(error, status_invalid_argument, 'connectivity must have 3 rows and equation numbers 6')
+      if (size(triangles, 1) /= n_corners .or. size(eq, 1) /= n_nodal) then
+         call raise(error, status_invalid_argument, 'connectivity must have '//text_of(n_corners)//' rows and equation numbers ' &
+            //text_of(n_nodal))
          return
       end if
       if (size(triangles) > 0) then
@@ -231,7 +241,7 @@ contains
       if (size(eq) > 0) n = max(0, maxval(eq))
       allocate (used(n), source=.false.)
       do j = 1, size(eq, 2)
-         do i = 1, 6
+         do i = 1, n_nodal
             if (eq(i, j) < 0) then
                call raise(error, status_invalid_argument, 'node '//text_of(j)//' has a negative equation number')
                return
@@ -246,7 +256,7 @@ contains
       allocate (seen(n), source=0)
       do e = 1, size(triangles, 2)
          do k = 1, 3
-            do i = 1, 6
+            do i = 1, n_nodal
                j = eq(i, triangles(k, e))
                if (j == 0) cycle
                if (seen(j) == e) then
@@ -326,7 +336,7 @@ contains
 
       allocate (fill(n), source=0)
       do j = 1, size(eq, 2)
-         do i = 1, 6
+         do i = 1, n_nodal
             if (eq(i, j) > 0) fill(eq(i, j)) = fill(eq(i, j)) + 1
          end do
       end do
@@ -335,7 +345,7 @@ contains
       allocate (home(total))
       fill = first(:n)
       do j = 1, size(eq, 2)
-         do i = 1, 6
+         do i = 1, n_nodal
             if (eq(i, j) == 0) cycle
             home(fill(eq(i, j))) = j
             fill(eq(i, j)) = fill(eq(i, j)) + 1

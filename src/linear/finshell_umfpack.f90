@@ -1,8 +1,10 @@
 !> UMFPACK: L U of an unsymmetric matrix, the symbolic analysis reused.
 module finshell_umfpack
    use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_null_ptr, c_associated
+   use finshell_direct_solver, only: direct_solver_t, pivots_t
    use finshell_error, only: error_t, raise, text_of
-   use finshell_kinds, only: dp, i4
+   use finshell_kinds, only: dp
+   use finshell_sparsity, only: sparsity_t
    use finshell_status, only: status_invalid_argument, status_out_of_memory
    implicit none
    private
@@ -11,10 +13,11 @@ module finshell_umfpack
    integer(c_int), parameter :: umfpack_ok = 0, umfpack_singular = 1, umfpack_no_memory = -1
    integer(c_int), parameter :: solve_a = 0
    integer, parameter :: control_size = 20, info_size = 90
-   integer, parameter :: control_refinements = 8, info_rcond = 68 ! from 1
+   integer, parameter :: control_refinements = 8, info_rcond = 68, info_bytes_of_unit = 4, info_memory = 42, & ! from 1
+                        info_estimate = 22
 
    !> One analysed matrix. A copy by assignment is empty: factors are not shared and must be made anew.
-   type :: umfpack_t
+   type, extends(direct_solver_t) :: umfpack_t
       private
       integer(c_int) :: n = 0
       integer(c_int), allocatable :: column_pointer(:), row(:) ! from 0
@@ -23,12 +26,12 @@ module finshell_umfpack
       integer(c_int), allocatable :: work_i(:)
       real(c_double), allocatable :: work_x(:), unused(:)
    contains
-      procedure :: analysed
       procedure :: analyse
       procedure :: factorise
-      procedure :: determinant_sign
       procedure :: solve
+      procedure :: memory
       procedure :: free
+      procedure, private :: determinant_sign
       procedure, private :: copy
       generic :: assignment(=) => copy
       final :: finalise
@@ -90,53 +93,51 @@ module finshell_umfpack
 
 contains
 
-   !> True between analyse and free.
-   pure logical function analysed(self)
-      class(umfpack_t), intent(in) :: self
-      analysed = allocated(self%row)
-   end function analysed
-
-   !> Order the columns.
-   subroutine analyse(self, n, column_pointer, row, error)
+   !> See finshell_direct_solver. It orders the columns its own way.
+   subroutine analyse(self, pattern, order, error)
       class(umfpack_t), intent(inout) :: self
-      integer, intent(in) :: n !< equations, at least 1
-      integer(i4), intent(in) :: column_pointer(:), row(:) !< full pattern, numbered from 1
+      type(sparsity_t), intent(in) :: pattern
+      integer, allocatable, intent(inout) :: order(:)
       type(error_t), allocatable, intent(out) :: error
       integer(c_int) :: status
 
       call self%free()
-      self%n = n
-      self%column_pointer = int(column_pointer - 1, c_int)
-      self%row = int(row - 1, c_int)
-      allocate (self%work_i(n), source=0_c_int)
-      allocate (self%work_x(n), self%unused(1), source=0.0_c_double)
+      if (pattern%symmetric) then
+         call raise(error, status_invalid_argument, 'UMFPACK is for unsymmetric matrices')
+         return
+      end if
+      self%n = pattern%n
+      self%column_pointer = int(pattern%column_pointer - 1, c_int)
+      self%row = int(pattern%row - 1, c_int)
+      allocate (self%work_i(self%n), source=0_c_int)
+      allocate (self%work_x(self%n), self%unused(1), source=0.0_c_double)
       call umfpack_di_defaults(self%control)
       self%control(control_refinements) = 0 ! the caller refines
       status = umfpack_di_symbolic(self%n, self%n, self%column_pointer, self%row, c_null_ptr, self%symbolic, self%control, &
                                    self%info)
       if (status /= umfpack_ok) then
-         call report(status, n, error)
+         call report(status, int(self%n), error)
          call self%free()
       end if
    end subroutine analyse
 
-   !> Factorise; `ok` is false, without error, when a pivot is zero. rcond is a rough reciprocal condition number.
-   subroutine factorise(self, values, ok, rcond, error)
+   !> See finshell_direct_solver.
+   subroutine factorise(self, values, scale, definite, pivots, error)
       class(umfpack_t), intent(inout) :: self
-      real(dp), intent(in) :: values(:)
-      logical, intent(out) :: ok
-      real(dp), intent(out) :: rcond
+      real(dp), intent(in), target, contiguous :: values(:)
+      real(dp), intent(in) :: scale(:)
+      logical, intent(in) :: definite
+      type(pivots_t), intent(out) :: pivots
       type(error_t), allocatable, intent(out) :: error
       integer(c_int) :: status
 
-      ok = .false.
-      rcond = 0
       if (c_associated(self%numeric)) call umfpack_di_free_numeric(self%numeric)
       status = umfpack_di_numeric(self%column_pointer, self%row, values, self%symbolic, self%numeric, self%control, self%info)
       select case (status)
       case (umfpack_ok)
-         ok = .true.
-         rcond = self%info(info_rcond)
+         pivots%ok = .true.
+         pivots%smallest = self%info(info_rcond)
+         pivots%determinant_sign = self%determinant_sign()
       case (umfpack_singular)
          call umfpack_di_free_numeric(self%numeric)
       case default
@@ -156,11 +157,11 @@ contains
       if (mantissa < 0) determinant_sign = -1
    end function determinant_sign
 
-   !> Solve with the last factorisation.
+   !> See finshell_direct_solver.
    subroutine solve(self, b, x, error)
       class(umfpack_t), intent(inout) :: self
-      real(dp), intent(in), contiguous :: b(:, :) !< (n, right-hand sides)
-      real(dp), intent(inout), contiguous :: x(:, :)
+      real(dp), intent(in), target, contiguous :: b(:, :)
+      real(dp), intent(inout), target, contiguous :: x(:, :)
       type(error_t), allocatable, intent(out) :: error
       integer(c_int) :: status
       integer :: j
@@ -180,6 +181,12 @@ contains
       end do
    end subroutine solve
 
+   !> See finshell_direct_solver.
+   real(dp) function memory(self)
+      class(umfpack_t), intent(in) :: self
+      memory = self%info(info_bytes_of_unit)*self%info(merge(info_memory, info_estimate, c_associated(self%numeric)))
+   end function memory
+
    !> Give everything back. Harmless when there is nothing.
    subroutine free(self)
       class(umfpack_t), intent(inout) :: self
@@ -197,6 +204,7 @@ contains
       ! Only the copy is emptied; a self-assignment must keep its factors.
       if (c_associated(self%symbolic, other%symbolic)) return
       call self%free()
+      self%options = other%options
    end subroutine copy
 
    subroutine finalise(self)

@@ -1,32 +1,35 @@
 !> Numbering of the unknowns: which components of which nodes have an equation, in which axes, and what the others are made to do.
 !>
-!> Every node has six components: displacement 1..3 and rotation (spin) 4..6, both in the axes of the node: the global ones, or
-!> the columns of `frames(:, :, frame(node))`. Held components have no equation.
+!> The components of a node are those of finshell_freedoms, in the axes of the node: the global ones, or the columns of
+!> `frames(:, :, frame(node))`. Held components have no equation.
 module finshell_equations
    use finshell_kinds, only: wp, i1
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_status, only: status_input_error, status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
+   use finshell_factor, only: by_load_factor, by_constant_factor
    use finshell_rotation, only: cross_product, tangent_operator
    use finshell_held_side, only: find_held_sides
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
+   use finshell_state, only: state_t
    use finshell_support, only: support_t, node_support_t, constrain_displacement, constrain_rotation, settle_axes, &
       support_components, support_clamp, support_hinge, support_symmetry, axes_global, axes_given, axes_cylindrical
    implicit none
    private
-   public :: equations_t, new_equations, motion_at, gather, scatter
+   public :: equations_t, new_equations, motion_at, rotation_at, gather, scatter, largest_turn
    public :: field_displacement, field_rotation
 
    integer(i1), parameter :: field_displacement = 1_i1, field_rotation = 2_i1
 
    type :: equations_t
       integer :: n = 0 !< number of equations
-      integer, allocatable :: number(:, :) !< (6, nodes) equation of each component, 0: held
+      integer, allocatable :: number(:, :) !< (n_nodal, nodes) equation of each component, 0: held
       integer(i1), allocatable :: field(:) !< (n) displacement or rotation
       integer, allocatable :: frame(:) !< (nodes) index into frames, 0: global axes
       real(wp), allocatable :: frames(:, :, :) !< (3, 3, :) orthonormal columns
       !> Nodes whose held components are moved, and by how much for factors of 1: global displacement and rotation vectors.
       integer, allocatable :: moved(:)
-      real(wp), allocatable :: motion(:, :, :) !< (6, moved, 2): proportional, constant
+      real(wp), allocatable :: motion(:, :, :) !< (n_nodal, moved, factors) finshell_factor
       logical, allocatable :: turned(:) !< (moved) all three rotations are held: the vectors give the whole rotation
       type(node_support_t), allocatable :: supported(:) !< what is held, by node (ascending), for messages and checks
       integer, allocatable :: support_of(:) !< (nodes) index into supported, 0: free
@@ -43,7 +46,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       logical, intent(in), optional :: turns(:) !< (nodes) whether a node has rotations: those of membranes alone have none
       real(wp) :: axes(3, 3)
-      logical :: held(6), global
+      logical :: held(n_nodal), global
       integer :: nodes, i, k, frames
 
       nodes = size(mesh%coordinates, 2)
@@ -52,10 +55,10 @@ contains
       if (present(turns)) call refuse_rotations(self, turns, error)
       if (allocated(error)) return
 
-      allocate (self%number(6, nodes), source=1)
+      allocate (self%number(n_nodal, nodes), source=1)
       if (present(turns)) then
          do i = 1, nodes
-            if (.not. turns(i)) self%number(4:6, i) = 0
+            if (.not. turns(i)) self%number(rx:rz, i) = 0
          end do
       end if
       allocate (self%frame(nodes), source=0)
@@ -74,11 +77,11 @@ contains
 
       allocate (self%field(count(self%number == 1)))
       do i = 1, nodes
-         do k = 1, 6
+         do k = 1, n_nodal
             if (self%number(k, i) == 0) cycle
             self%n = self%n + 1
             self%number(k, i) = self%n
-            self%field(self%n) = merge(field_displacement, field_rotation, k <= 3)
+            self%field(self%n) = merge(field_displacement, field_rotation, k <= uz)
          end do
       end do
       if (self%n == 0) then
@@ -153,8 +156,8 @@ contains
       real(wp), intent(in) :: position(3)
       type(error_t), allocatable, intent(inout) :: error
       real(wp) :: axes(3, 3), normal(3), first(3), second(3)
-      logical :: fixed(6)
-      real(wp) :: value(6)
+      logical :: fixed(n_nodal)
+      real(wp) :: value(n_nodal)
       integer :: k
 
       fixed = support%fixed
@@ -164,7 +167,8 @@ contains
       case (support_clamp)
          fixed = .true.
       case (support_hinge)
-         fixed = [.true., .true., .true., .false., .false., .false.]
+         fixed = .false.
+         fixed(ux:uz) = .true.
       case (support_symmetry)
          if (norm2(support%normal) <= 0) then
             call raise(error, status_invalid_argument, 'a symmetry plane needs a normal; (0, 0, 0) was given')
@@ -190,7 +194,7 @@ contains
          if (allocated(error)) return
          if (fixed(k)) call constrain_displacement(self, axes(:, k), value(k), support%constant, error)
          if (allocated(error)) return
-         if (fixed(3 + k)) call constrain_rotation(self, axes(:, k), value(3 + k), support%constant, error)
+         if (fixed(uz + k)) call constrain_rotation(self, axes(:, k), value(uz + k), support%constant, error)
       end do
    end subroutine add_support
 
@@ -241,67 +245,98 @@ contains
       do i = 1, size(self%supported)
          moves(i) = any(abs(self%supported(i)%displacement_value) > 0) .or. any(abs(self%supported(i)%rotation_value) > 0)
       end do
-      allocate (self%moved(count(moves)), self%motion(6, count(moves), 2), self%turned(count(moves)))
+      allocate (self%moved(count(moves)), self%motion(n_nodal, count(moves), by_constant_factor), self%turned(count(moves)))
       k = 0
       do i = 1, size(self%supported)
          if (.not. moves(i)) cycle
          k = k + 1
          self%moved(k) = self%supported(i)%node
-         self%motion(1:3, k, :) = self%supported(i)%displacement_value
-         self%motion(4:6, k, :) = self%supported(i)%rotation_value
+         self%motion(ux:uz, k, :) = self%supported(i)%displacement_value
+         self%motion(rx:rz, k, :) = self%supported(i)%rotation_value
          self%turned(k) = self%supported(i)%rotations == 3
       end do
    end subroutine find_motion
 
    !> Displacement and spin of a moved node per change of a factor. Where the whole rotation is given by a vector that two factors
    !> scale, the spin is not the vector of the one that changes.
-   pure function motion_at(self, i, active, load_factor, constant_factor) result(motion)
+   pure function motion_at(self, i, active, state) result(motion)
       type(equations_t), intent(in) :: self
       integer, intent(in) :: i !< index into moved
-      integer, intent(in) :: active !< factor that changes: 1 load factor, 2 constant factor
-      real(wp), intent(in) :: load_factor, constant_factor
-      real(wp) :: motion(6)
+      integer, intent(in) :: active !< factor that changes (finshell_factor)
+      type(state_t), intent(in) :: state
+      real(wp) :: motion(n_nodal)
       motion = self%motion(:, i, active)
-      if (self%turned(i)) motion(4:6) = matmul(tangent_operator(load_factor*self%motion(4:6, i, 1) &
-                                                                + constant_factor*self%motion(4:6, i, 2)), motion(4:6))
+      if (self%turned(i)) motion(rx:rz) = matmul(tangent_operator(rotation_at(self, i, state)), motion(rx:rz))
    end function motion_at
 
-   !> Global nodal vectors (6, nodes) to the equations: components in node axes, held ones left out.
+   !> Rotation vector of a moved node whose whole rotation is given.
+   pure function rotation_at(self, i, state) result(rotation)
+      type(equations_t), intent(in) :: self
+      integer, intent(in) :: i !< index into moved
+      type(state_t), intent(in) :: state
+      real(wp) :: rotation(3)
+      rotation = state%load_factor*self%motion(rx:rz, i, by_load_factor) &
+         + state%constant_factor*self%motion(rx:rz, i, by_constant_factor)
+   end function rotation_at
+
+   !> Global nodal vectors (n_nodal, nodes) to the equations: components in node axes, held ones left out.
    pure subroutine gather(self, nodal, x)
       type(equations_t), intent(in) :: self
       real(wp), intent(in) :: nodal(:, :)
       real(wp), intent(out) :: x(:) !< (n)
-      real(wp) :: local(6)
+      real(wp) :: local(n_nodal)
       integer :: i, k
       do i = 1, size(self%number, 2)
          local = nodal(:, i)
          if (self%frame(i) > 0) then
-            local(1:3) = matmul(nodal(1:3, i), self%frames(:, :, self%frame(i)))
-            local(4:6) = matmul(nodal(4:6, i), self%frames(:, :, self%frame(i)))
+            local(ux:uz) = matmul(nodal(ux:uz, i), self%frames(:, :, self%frame(i)))
+            local(rx:rz) = matmul(nodal(rx:rz, i), self%frames(:, :, self%frame(i)))
          end if
-         do k = 1, 6
+         do k = 1, n_nodal
             if (self%number(k, i) > 0) x(self%number(k, i)) = local(k)
          end do
       end do
    end subroutine gather
 
-   !> Equations to global nodal vectors (6, nodes): held components are zero.
+   !> Equations to global nodal vectors (n_nodal, nodes): held components are zero.
    pure subroutine scatter(self, x, nodal)
       type(equations_t), intent(in) :: self
       real(wp), intent(in) :: x(:) !< (n)
       real(wp), intent(out) :: nodal(:, :)
-      real(wp) :: local(6)
+      real(wp) :: local(n_nodal)
       integer :: i, k
       do i = 1, size(self%number, 2)
          local = 0
-         do k = 1, 6
+         do k = 1, n_nodal
             if (self%number(k, i) > 0) local(k) = x(self%number(k, i))
          end do
          nodal(:, i) = local
          if (self%frame(i) > 0) then
-            nodal(1:3, i) = matmul(self%frames(:, :, self%frame(i)), local(1:3))
-            nodal(4:6, i) = matmul(self%frames(:, :, self%frame(i)), local(4:6))
+            nodal(ux:uz, i) = matmul(self%frames(:, :, self%frame(i)), local(ux:uz))
+            nodal(rx:rz, i) = matmul(self%frames(:, :, self%frame(i)), local(rx:rz))
          end if
       end do
    end subroutine scatter
+
+   !> Largest rotation (radian) of a node in a correction x of the unknowns and of a factor.
+   pure function largest_turn(self, x, factor_change, scaling) result(angle)
+      class(equations_t), intent(in) :: self
+      real(wp), intent(in) :: x(:) !< (n)
+      real(wp), intent(in) :: factor_change
+      integer, intent(in) :: scaling !< the factor that changes
+      real(wp) :: angle
+      real(wp) :: turn(rx:rz)
+      integer :: i, k
+      angle = 0
+      do i = 1, size(self%number, 2)
+         turn = 0
+         do k = rx, rz
+            if (self%number(k, i) > 0) turn(k) = x(self%number(k, i))
+         end do
+         angle = max(angle, norm2(turn))
+      end do
+      do i = 1, size(self%moved)
+         angle = max(angle, norm2(factor_change*self%motion(rx:rz, i, scaling)))
+      end do
+   end function largest_turn
 end module finshell_equations

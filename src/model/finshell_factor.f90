@@ -5,7 +5,7 @@ module finshell_factor
    implicit none
    private
    public :: by_load_factor, by_constant_factor, unscaled
-   public :: factor_at, scaled_sum
+   public :: factor_at, set_factor, scaled_sum
 
    !> The load factor of the step; the constant factor, which rises to 1 before the first step; nothing: always there in full,
    !> as an elastic foundation is. Also positions in arrays with a part for each.
@@ -23,10 +23,21 @@ contains
       end select
    end function factor_at
 
+   !> Replace a factor of a state.
+   pure subroutine set_factor(state, scaling, value)
+      type(state_t), intent(inout) :: state
+      integer, intent(in) :: scaling !< by_load_factor or by_constant_factor
+      real(wp), intent(in) :: value
+      select case (scaling)
+      case (by_load_factor); state%load_factor = value
+      case (by_constant_factor); state%constant_factor = value
+      end select
+   end subroutine set_factor
+
    !> Forces for factors of 1 times the factors of a state.
    pure function scaled_sum(state, parts) result(total)
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: parts(:, :, :) !< (6, nodes, 2 or 3)
+      real(wp), intent(in) :: parts(:, :, :) !< (n_nodal, nodes, 2 or 3)
       real(wp) :: total(size(parts, 1), size(parts, 2))
       total = state%load_factor*parts(:, :, by_load_factor) + state%constant_factor*parts(:, :, by_constant_factor)
       if (size(parts, 3) >= unscaled) total = total + parts(:, :, unscaled)

@@ -1,5 +1,6 @@
 !> The table of nodal fields: names, components, units, and one short procedure each. The like of finshell_element_fields.
 module finshell_node_fields
+   use finshell_freedoms, only: rx, rz, ux, uz
    use finshell_kinds, only: wp
    use finshell_quaternion, only: quaternion_to_rotation_vector
    use finshell_state, only: state_t
@@ -12,7 +13,7 @@ module finshell_node_fields
    !> What nodal fields are made of.
    type :: node_results_t
       type(state_t), pointer :: state => null()
-      real(wp), pointer :: internal_force(:, :) => null(), external_force(:, :) => null() !< (6, nodes), global
+      real(wp), pointer :: internal_force(:, :) => null(), external_force(:, :) => null() !< (n_nodal, nodes), global
       !> (3, nodes) spins of a linear change, which may be any multiple of a turn that a quaternion does not know; and the
       !> quaternions (4, nodes) that they change, null where the change is reported alone.
       real(wp), pointer :: spin(:, :) => null(), base(:, :) => null()
@@ -77,14 +78,14 @@ contains
       type(node_results_t), intent(in) :: results
       integer, intent(in) :: node
       real(wp) :: values(3)
-      values = results%internal_force(1:3, node) - results%external_force(1:3, node)
+      values = results%internal_force(ux:uz, node) - results%external_force(ux:uz, node)
    end function reaction
 
    pure function reaction_moment(results, node) result(values)
       type(node_results_t), intent(in) :: results
       integer, intent(in) :: node
       real(wp) :: values(3)
-      values = results%internal_force(4:6, node) - results%external_force(4:6, node)
+      values = results%internal_force(rx:rz, node) - results%external_force(rx:rz, node)
    end function reaction_moment
 
    !> An entry of the table.

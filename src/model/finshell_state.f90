@@ -1,10 +1,11 @@
 !> The state of a structure: displacements, rotations and factors. Nothing else is carried from one increment to the next.
 module finshell_state
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_kinds, only: wp
-   use finshell_quaternion, only: update_quaternion
+   use finshell_quaternion, only: update_quaternion, quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector
    implicit none
    private
-   public :: state_t, linear_change_t, new_state, move_state, moved_state
+   public :: state_t, linear_change_t, new_state, move_state, moved_state, motion_between
 
    type :: state_t
       real(wp), allocatable :: displacement(:, :) !< (3, nodes), global
@@ -16,8 +17,8 @@ module finshell_state
 
    !> A linear change of a state: the result of a linear solution, or a buckling mode.
    type :: linear_change_t
-      real(wp), allocatable :: motion(:, :) !< (6, nodes) displacements and spins, global
-      real(wp), allocatable :: toward(:, :) !< (6, nodes) decides which fibres act (finshell_linear_step)
+      real(wp), allocatable :: motion(:, :) !< (n_nodal, nodes) displacements and spins, global
+      real(wp), allocatable :: toward(:, :) !< (n_nodal, nodes) decides which fibres act (finshell_linear_step)
       logical :: alone = .false. !< results are those of the change, without the state it is a change of
       real(wp) :: energy = 0 !< change of the stored energy, to second order
    end type linear_change_t
@@ -36,21 +37,33 @@ contains
    !> Add displacements to displacements and spins to rotations.
    pure subroutine move_state(state, motion)
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins, global
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) displacements and spins, global
       integer :: i
       do i = 1, size(motion, 2)
-         state%displacement(:, i) = state%displacement(:, i) + motion(1:3, i)
-         state%rotation(:, i) = update_quaternion(state%rotation(:, i), motion(4:6, i))
+         state%displacement(:, i) = state%displacement(:, i) + motion(ux:uz, i)
+         state%rotation(:, i) = update_quaternion(state%rotation(:, i), motion(rx:rz, i))
       end do
    end subroutine move_state
 
    !> A state moved by a part of a motion.
    pure function moved_state(state, motion, part) result(moved)
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: motion(:, :) !< (6, nodes) displacements and spins
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) displacements and spins
       real(wp), intent(in) :: part
       type(state_t) :: moved
       moved = state
       call move_state(moved, part*motion)
    end function moved_state
+
+   !> The motion that leads from one state to another: displacements, and the rotation vectors of the relative rotations.
+   pure function motion_between(from, to) result(motion)
+      type(state_t), intent(in) :: from, to
+      real(wp) :: motion(n_nodal, size(to%displacement, 2))
+      integer :: i
+      do i = 1, size(motion, 2)
+         motion(ux:uz, i) = to%displacement(:, i) - from%displacement(:, i)
+         motion(rx:rz, i) = quaternion_to_rotation_vector( &
+                          quaternion_product(to%rotation(:, i), quaternion_conjugate(from%rotation(:, i))))
+      end do
+   end function motion_between
 end module finshell_state

@@ -3,6 +3,7 @@ module finshell_step
    use finshell_kinds, only: wp, i4
    use finshell_status, only: status_invalid_argument
    use finshell_error, only: error_t, raise
+   use finshell_factor, only: by_load_factor, by_constant_factor
    implicit none
    private
    public :: step_t, convergence_t, convergence_preset, constant_ramp
@@ -31,6 +32,7 @@ module finshell_step
    type :: step_t
       character(len=:), allocatable :: name
       integer :: control = control_load
+      integer :: scaling = by_load_factor !< the factor that it changes (finshell_factor): what is called the load factor below
       !> The step ends at this load factor, or when the monitored displacement reaches the last of `displacements`, whichever
       !> comes first.
       real(wp) :: final_load_factor = 1
@@ -82,6 +84,7 @@ contains
       type(step_t) :: ramp
       ramp%convergence = step%convergence
       ramp%name = 'constant loads'
+      ramp%scaling = by_constant_factor
       ramp%first_increment = 1
       ramp%growth = step%growth
       ramp%descent = step%descent

@@ -6,9 +6,11 @@
 !> meet at any angle are therefore fine; only different values for the same direction, or subspaces without common axes, are errors.
 module finshell_support
    use finshell_kinds, only: wp, i4
+   use finshell_freedoms, only: n_nodal, uz
    use finshell_rotation, only: cross_product
    use finshell_status, only: status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
+   use finshell_factor, only: by_load_factor, by_constant_factor
    implicit none
    private
    public :: support_t, node_support_t
@@ -16,7 +18,7 @@ module finshell_support
    public :: support_components, support_clamp, support_hinge, support_symmetry
    public :: axes_global, axes_given, axes_cylindrical
 
-   !> Kinds: chosen components; all six; the three displacements; a plane of symmetry (displacement along the normal and
+   !> Kinds: chosen components; all; the three displacements; a plane of symmetry (displacement along the normal and
    !> rotations about the two axes in the plane).
    integer, parameter :: support_components = 0, support_clamp = 1, support_hinge = 2, support_symmetry = 3
    !> Axes of a support: global; the columns of `axes`; radial, tangential and axial about a line.
@@ -25,10 +27,10 @@ module finshell_support
    type :: support_t
       character(len=:), allocatable :: node_set
       integer :: kind = support_components
-      logical :: fixed(6) = .false. !< support_components: displacement 1..3 and rotation 4..6 held, in the axes of the support
+      logical :: fixed(n_nodal) = .false. !< support_components: what is held (finshell_freedoms), in the axes of the support
       !> Prescribed values of held components. Rotations: with one or two held, turned about the fixed axis; with all three
       !> held, a rotation vector.
-      real(wp) :: value(6) = 0
+      real(wp) :: value(n_nodal) = 0
       logical :: constant = .false. !< values do not scale with the load factor (they are brought in before the first step)
       real(wp) :: normal(3) = 0 !< support_symmetry: normal of the plane, any length
       integer :: axes_kind = axes_global
@@ -44,8 +46,8 @@ module finshell_support
       integer :: rotations = 0
       real(wp) :: displacement_axes(3, 3) = 0 !< the first `displacements` columns are orthonormal and span what is held
       real(wp) :: rotation_axes(3, 3) = 0
-      real(wp) :: displacement_value(3, 2) = 0 !< prescribed vector (global, within the held subspace): proportional, constant
-      real(wp) :: rotation_value(3, 2) = 0
+      real(wp) :: displacement_value(3, by_constant_factor) = 0 !< prescribed vectors (global, within the held subspace), by factor
+      real(wp) :: rotation_value(3, by_constant_factor) = 0
    end type node_support_t
 
    real(wp), parameter :: tolerance = 1.0e-8_wp !< of unit directions: below it two directions are the same
@@ -75,16 +77,16 @@ contains
    !> Add one constraint to a subspace; a direction already held must be held at the same value.
    pure subroutine constrain(count, axes, values, direction, value, constant, node, what, error)
       integer, intent(inout) :: count
-      real(wp), intent(inout) :: axes(3, 3), values(3, 2)
+      real(wp), intent(inout) :: axes(3, 3), values(3, by_constant_factor)
       real(wp), intent(in) :: direction(3), value
       logical, intent(in) :: constant
       integer, intent(in) :: node
       character(len=*), intent(in) :: what
       type(error_t), allocatable, intent(inout) :: error
-      real(wp) :: rest(3), length, wanted(2), held(2), rounding
+      real(wp) :: rest(3), length, wanted(by_constant_factor), held(by_constant_factor), rounding
       integer :: k
       wanted = 0
-      wanted(merge(2, 1, constant)) = value
+      wanted(merge(by_constant_factor, by_load_factor, constant)) = value
       rest = direction
       do k = 1, count
          rest = rest - dot_product(axes(:, k), direction)*axes(:, k)
@@ -94,7 +96,7 @@ contains
       if (length > tolerance .and. count < 3) then
          count = count + 1
          axes(:, count) = rest/length
-         do k = 1, 2
+         do k = by_load_factor, by_constant_factor
             values(:, k) = values(:, k) + (wanted(k) - held(k))/length*axes(:, count)
          end do
       else
@@ -110,7 +112,7 @@ contains
    pure subroutine settle_axes(self, axes, held, global, error)
       type(node_support_t), intent(in) :: self
       real(wp), intent(out) :: axes(3, 3)
-      logical, intent(out) :: held(6) !< components constrained in these axes
+      logical, intent(out) :: held(n_nodal) !< components constrained in these axes
       logical, intent(out) :: global !< the axes are the global ones
       type(error_t), allocatable, intent(inout) :: error
       real(wp) :: first(3), second(3)
@@ -145,7 +147,7 @@ contains
       end if
       do k = 1, 3
          held(k) = inside(axes(:, k), self%displacements, self%displacement_axes)
-         held(3 + k) = inside(axes(:, k), self%rotations, self%rotation_axes)
+         held(uz + k) = inside(axes(:, k), self%rotations, self%rotation_axes)
       end do
    end subroutine settle_axes
 

@@ -6,6 +6,7 @@
 !> fifth. What a snap dissipates is of lower order: no rule that knows the two ends only can explain it.
 module finshell_balance
    use finshell_kinds, only: wp, i1
+   use finshell_freedoms, only: rx, rz, ux, uz
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector
    use finshell_state, only: state_t
    use finshell_control, only: arc_norm
@@ -123,7 +124,7 @@ contains
    !> `known` is false where a node under a moment turns too far to tell by how much.
    pure subroutine work_along(from, to, force, work, known)
       type(state_t), intent(in) :: from, to
-      real(wp), intent(in) :: force(:, :) !< (6, nodes)
+      real(wp), intent(in) :: force(:, :) !< (n_nodal, nodes)
       real(wp), intent(out) :: work
       logical, intent(out) :: known
       real(wp) :: turn(3), largest
@@ -131,14 +132,14 @@ contains
       work = 0
       known = .true.
       do i = 1, size(force, 2)
-         work = work + dot_product(force(1:3, i), to%displacement(:, i) - from%displacement(:, i))
+         work = work + dot_product(force(ux:uz, i), to%displacement(:, i) - from%displacement(:, i))
       end do
-      if (.not. any(abs(force(4:6, :)) > 0)) return
+      if (.not. any(abs(force(rx:rz, :)) > 0)) return
       largest = 0
       do i = 1, size(force, 2)
          turn = quaternion_to_rotation_vector(quaternion_product(to%rotation(:, i), quaternion_conjugate(from%rotation(:, i))))
          largest = max(largest, norm2(turn))
-         work = work + dot_product(force(4:6, i), turn)
+         work = work + dot_product(force(rx:rz, i), turn)
       end do
       known = largest < largest_turn
    end subroutine work_along

@@ -47,13 +47,13 @@ contains
       call problem%increment(x)
       if (step%snap /= snap_ignore) then
          if (attempt%descends .and. result%regularised > 0) then
-            verdict = judge_descent(problem%balance())
+            verdict = judge_descent(problem%balance(step%scaling))
             if (allocated(attempt%predicted)) verdict%snap = verdict%snap .or. arc_norm(x - attempt%predicted, problem%field, &
                0.0_wp, 0.0_wp) > surprise*arc_norm(x, problem%field, 0.0_wp, 0.0_wp)
             if (verdict%snap .and. step%snap == snap_refuse) text = 'a descent leads to another state and dissipates ' &
                                                                   //text_of(real(100*verdict%misfit, dp))//' % of the work'
          else
-            call object_to_snap(tracker, problem, attempt, result, x, text, verdict)
+            call object_to_snap(tracker, problem, step%scaling, attempt, result, x, text, verdict)
          end if
       end if
       if (tracker%history%count == 0) return
@@ -92,9 +92,10 @@ contains
 
    !> Refuse an increment that snaps, unless the path is to leap. A path that ends at a fold would ask for ever smaller
    !> increments, so the size of the first one is remembered until an increment of half of it succeeds.
-   subroutine object_to_snap(tracker, problem, attempt, result, x, text, verdict)
+   subroutine object_to_snap(tracker, problem, scaling, attempt, result, x, text, verdict)
       class(tracker_t), intent(inout) :: tracker
       class(problem_t), intent(inout) :: problem
+      integer, intent(in) :: scaling !< the factor that changed
       type(attempt_t), intent(in) :: attempt
       type(newton_result_t), intent(in) :: result
       real(wp), intent(in) :: x(:)
@@ -105,7 +106,7 @@ contains
       from = tracker%tangent
       if (.not. from%known .and. .not. allocated(attempt%predicted)) from = result%first
       if (.not. (from%known .and. result%last%known)) return
-      verdict = judge(problem%balance(), from, result%last, x, problem%factor() - problem%base_factor(), &
+      verdict = judge(problem%balance(scaling), from, result%last, x, problem%change(scaling), &
                       attempt%control == control_load .and. .not. attempt%landing, tracker%tangent%known, problem%field)
       if (attempt%control /= tracker%snapped_control) tracker%snapped_size = 0
       tracker%snapped_control = attempt%control

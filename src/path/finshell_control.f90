@@ -5,6 +5,7 @@
 module finshell_control
    use finshell_kinds, only: wp, i1
    use finshell_equations, only: field_displacement
+   use finshell_factor, only: by_load_factor
    use finshell_step, only: control_load, control_displacement, control_arc_length, control_volume
    implicit none
    private
@@ -15,6 +16,7 @@ module finshell_control
 
    type :: constraint_t
       integer :: control = control_load
+      integer :: scaling = by_load_factor !< the factor that changes (finshell_factor)
       real(wp) :: target = 0 !< load factor, monitored displacement or volume, length of the increment, or its part along a vector
       real(wp) :: load_weight = 0 !< arc-length: length**2 = |displacements|**2 + load_weight * (change of factor)**2
       !> Arc-length without a predictor: the increment before, whose direction the first correction keeps.

@@ -15,6 +15,7 @@ module finshell_descent
    use finshell_status, only: status_not_converged, status_singular_matrix
    use finshell_error, only: error_t, text_of
    use finshell_equations, only: field_displacement
+   use finshell_factor, only: factor_at, by_load_factor
    use finshell_problem, only: problem_t
    use finshell_step, only: convergence_t
    use finshell_convergence, only: residual_ratio, correction_ratio
@@ -28,7 +29,8 @@ module finshell_descent
    !> A correction as far as it is known before it is made.
    type :: course_t
       real(wp), allocatable :: x(:) !< solution of the linear system
-      real(wp) :: change = 0 !< of the load factor
+      integer :: scaling = by_load_factor !< the factor that changes (finshell_factor)
+      real(wp) :: change = 0 !< of it
       real(wp) :: work = 0 !< of the residual along x
       real(wp) :: inertia = 0 !< x M x
       real(wp) :: stride = 0 !< the larger of the largest rotation and the largest displacement over the size of the structure
@@ -56,13 +58,14 @@ contains
 
    !> Go down from the present state of the problem to equilibrium at the load factor `target`. On success the state is the new
    !> equilibrium; on failure it is anything. result%regularised counts the iterations that were not plain Newton.
-   subroutine descend(problem, target, settings, mean_levels, reach, result)
+   subroutine descend(problem, target, settings, mean_levels, reach, result, scaling)
       class(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: target
       type(convergence_t), intent(in) :: settings
       real(wp), intent(in) :: mean_levels(2) !< as for solve_increment
       real(wp), intent(in) :: reach !< norm of the increment (arc_norm) beyond which the descent is given up
       type(newton_result_t), intent(out) :: result
+      integer, intent(in), optional :: scaling !< the factor that changes, by default by_load_factor
       type(error_t), allocatable :: error
       type(course_t) :: course
       real(wp), allocatable :: increment(:)
@@ -72,9 +75,10 @@ contains
       limit = settings%rotation_limit
       if (.not. limit > 0) limit = longest_stride
       allocate (increment(problem%n))
+      if (present(scaling)) course%scaling = scaling
       a = 0
       falls = fall
-      call problem%evaluate(.true., error)
+      call problem%evaluate(.true., error, scaling=scaling)
       if (allocated(error)) then
          call give_up(error%code, error%message)
          return
@@ -145,7 +149,7 @@ contains
 
       ok = .false.
       if (.not. allocated(course%x)) allocate (course%x(problem%n), source=0.0_wp)
-      course%change = target - problem%factor()
+      course%change = target - factor_at(problem%state, course%scaling)
       rhs = problem%residual + course%change*problem%rate
       course%climbs = 0
       do
@@ -175,7 +179,7 @@ contains
          end if
          course%work = dot_product(rhs, course%x)
          course%inertia = dot_product(course%x, problem%weight*course%x)
-         course%stride = max(problem%largest_rotation(course%x, course%change), &
+         course%stride = max(problem%largest_rotation(course%x, course%change, course%scaling), &
             maxval(abs(course%x), mask=problem%field == field_displacement)/problem%size)
          if (.not. course%inertia > 0) course%inertia = 1 ! equilibrium to the last bit: nothing moves
          curvature = abs(course%work)/course%inertia
@@ -207,8 +211,8 @@ contains
       ok = .false.
       call problem%keep_iterate()
       do
-         call problem%move(course%part*course%x, course%part*course%change)
-         call problem%evaluate(.true., error)
+         call problem%move(course%part*course%x, course%part*course%change, scaling=course%scaling)
+         call problem%evaluate(.true., error, scaling=course%scaling)
          if (.not. allocated(error)) then
             after = dot_product(problem%residual, course%x)
             if (after >= too_far*course%work) exit

@@ -56,7 +56,7 @@ contains
       strict = step
       strict%convergence%residual = min(residual, step%convergence%residual)
       strict%convergence%correction = min(correction, step%convergence%correction)
-      call tracker%keep_increment(problem)
+      call tracker%keep_increment(problem, step%scaling)
       length = arc_norm(tracker%overshoot, problem%field, tracker%overshoot_change, tracker%load_weight)
       low = 0
       high = 1
@@ -116,7 +116,7 @@ contains
       subroutine go_back()
          type(error_t), allocatable :: ignored
          problem%state = beyond
-         call problem%evaluate(.false., ignored)
+         call problem%evaluate(.false., ignored, scaling=step%scaling)
       end subroutine go_back
 
       !> Passes zero at the point. Limit: load rate along the path; bifurcation: the eigenvalue that changes its sign.
@@ -126,8 +126,7 @@ contains
          logical :: other_side
          value = 0
          if (allocated(error)) return
-         if (allocated(problem%stress)) deallocate (problem%stress)
-         call problem%evaluate(.true., error)
+         call problem%evaluate(.true., error, scaling=step%scaling)
          if (.not. allocated(error)) call problem%factorise(error)
          if (allocated(error)) return
          place%solves = place%solves + 1

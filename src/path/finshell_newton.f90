@@ -11,6 +11,7 @@ module finshell_newton
    use finshell_kinds, only: wp, i4
    use finshell_status, only: status_ok, status_not_converged, status_singular_matrix, status_text
    use finshell_error, only: error_t, text_of
+   use finshell_factor, only: factor_at
    use finshell_problem, only: problem_t, stress_own, stress_predicted
    use finshell_step, only: convergence_t, control_load, control_volume
    use finshell_control, only: constraint_t, factor_change, arc_product
@@ -53,24 +54,26 @@ module finshell_newton
 contains
 
    !> Iterate from the (predicted) state of the problem. On success the state is the new equilibrium; on failure it is anything.
-   subroutine solve_increment(problem, constraint, settings, mean_levels, result)
+   subroutine solve_increment(problem, constraint, settings, mean_levels, result, predicted)
       class(problem_t), intent(inout) :: problem
       type(constraint_t), intent(in) :: constraint
       type(convergence_t), intent(in) :: settings
       real(wp), intent(in) :: mean_levels(2) !< mean force and moment level of the converged increments
       type(newton_result_t), intent(out) :: result
+      real(wp), intent(in), optional :: predicted(:, :) !< stresses for the first tangent, where the state was predicted
       type(error_t), allocatable :: error
-      real(wp), allocatable :: x(:), increment(:)
+      real(wp), allocatable :: x(:), increment(:), stress(:, :)
       real(wp) :: change, scale, angle, earlier(2), before
       logical :: complete, likely, guess, rounded, reached
 
       allocate (x(problem%n), increment(problem%n))
+      if (present(predicted)) stress = predicted
       earlier = huge(1.0_wp)
       before = huge(1.0_wp)
       guess = .true.
       rounded = .false.
       if (problem%limp .and. .not. any(abs(problem%base%displacement) > 0)) result%stand_in = 1
-      call problem%evaluate(.true., error, result%stand_in)
+      call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
       if (allocated(error)) then
          call give_up(result, error%code, 'the predicted state cannot be evaluated: '//error%message)
          return
@@ -84,7 +87,7 @@ contains
          end if
          call correction_from(problem, constraint, x, change, complete, result)
          if (result%code == status_singular_matrix .and. problem%soft) &
-            call stand_in(problem, constraint, x, change, complete, result)
+            call stand_in(problem, constraint, stress, x, change, complete, result)
          if (result%code /= status_ok) return
          if (result%iterations == 1) then
             result%first_change = change
@@ -100,13 +103,13 @@ contains
             result%stand_in = fade*result%stand_in
             if (result%stand_in < least_regularisation) result%stand_in = 0
          end if
-         angle = problem%largest_rotation(x, change)
+         angle = problem%largest_rotation(x, change, constraint%scaling)
          if (result%iterations == 1) result%first_rotation = angle
          scale = 1
          if (settings%rotation_limit > 0 .and. angle > settings%rotation_limit) scale = settings%rotation_limit/angle
          if (scale < 1) complete = .false.
          call problem%keep_iterate()
-         call apply(problem, settings, x, change, scale, complete, guess, increment, likely, result)
+         call apply(problem, settings, constraint%scaling, x, change, scale, complete, guess, stress, increment, likely, result)
          if (result%code /= status_ok) return
 
          result%residual = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], &
@@ -141,7 +144,7 @@ contains
          before = result%residual
          if (likely .and. guess) then
             guess = .false.
-            call problem%evaluate(.true., error, result%stand_in)
+            call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
          end if
          if (allocated(error)) then
             call give_up(result, error%code, error%message)
@@ -217,9 +220,10 @@ contains
    end subroutine find_tangent
 
    !> Where the law has lost its stiffness: the correction with the stand-in. It fades in the iterations that follow.
-   subroutine stand_in(problem, constraint, x, change, complete, result)
+   subroutine stand_in(problem, constraint, stress, x, change, complete, result)
       class(problem_t), intent(inout) :: problem
       type(constraint_t), intent(in) :: constraint
+      real(wp), intent(in), optional :: stress(:, :)
       real(wp), intent(out) :: x(:), change
       logical, intent(out) :: complete
       type(newton_result_t), intent(inout) :: result
@@ -228,7 +232,7 @@ contains
       change = 0
       complete = .false.
       result%stand_in = merge(least_regularisation, 1.0_wp, result%regularised > 0)
-      call problem%evaluate(.true., error, result%stand_in)
+      call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
       if (allocated(error)) then
          call give_up(result, error%code, error%message)
          return
@@ -275,7 +279,7 @@ contains
          result%first_determinant = problem%determinant_sign
       end if
       if (constraint%control == control_load) then
-         change = constraint%target - problem%factor()
+         change = constraint%target - factor_at(problem%state, constraint%scaling)
          call problem%solve(problem%residual + change*problem%rate, x, error)
       else
          allocate (x_t(problem%n), increment(problem%n))
@@ -283,8 +287,9 @@ contains
          if (.not. allocated(error)) call problem%solve(problem%rate, x_t, error)
          if (.not. allocated(error)) then
             call problem%increment(increment)
-            call factor_change(constraint, problem%field, x, x_t, increment, problem%factor() - problem%base_factor(), &
-               problem%factor(), monitored_or_zero(problem), watched_or_empty(problem), problem%watched_rate, change, eta, ok)
+            call factor_change(constraint, problem%field, x, x_t, increment, problem%change(constraint%scaling), &
+               factor_at(problem%state, constraint%scaling), monitored_or_zero(problem), watched_or_empty(problem), &
+               problem%watched_rate, change, eta, ok)
             if (.not. ok) then
                call give_up(result, status_not_converged, 'no equilibrium state at this distance along the path was found')
                return
@@ -302,13 +307,15 @@ contains
    end subroutine correction_from
 
    !> Move by the correction and evaluate there; halve the correction where the element cannot be evaluated.
-   subroutine apply(problem, settings, x, change, scale, complete, guess, increment, likely, result)
+   subroutine apply(problem, settings, scaling, x, change, scale, complete, guess, stress, increment, likely, result)
       class(problem_t), intent(inout) :: problem
       type(convergence_t), intent(in) :: settings
+      integer, intent(in) :: scaling !< the factor that changes
       real(wp), intent(in) :: x(:), change
       real(wp), intent(inout) :: scale
       logical, intent(inout) :: complete
       logical, intent(in) :: guess !< no tangent where the increment is likely to be done
+      real(wp), intent(inout), allocatable :: stress(:, :)
       real(wp), intent(inout) :: increment(:)
       logical, intent(out) :: likely !< the correction is small enough
       type(newton_result_t), intent(inout) :: result
@@ -316,11 +323,11 @@ contains
       integer :: attempt
 
       do attempt = 0, halvings
-         call problem%move(scale*x, scale*change, merge(stress_predicted, stress_own, settings%mixed))
+         call problem%move(scale*x, scale*change, merge(stress_predicted, stress_own, settings%mixed), stress, scaling)
          call problem%increment(increment)
          result%correction = correction_ratio(scale*x, increment, problem%field, problem%size, problem%detail)
          likely = complete .and. result%correction <= settings%correction
-         call problem%evaluate(.not. (likely .and. guess), error, result%stand_in)
+         call problem%evaluate(.not. (likely .and. guess), error, result%stand_in, stress, scaling)
          if (.not. allocated(error)) exit
          if (error%code < 0 .or. attempt == halvings) then
             call give_up(result, error%code, error%message)

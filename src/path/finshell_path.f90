@@ -10,6 +10,7 @@ module finshell_path
    use finshell_kinds, only: wp, dp
    use finshell_status, only: status_not_converged
    use finshell_error, only: error_t, raise, text_of
+   use finshell_factor, only: factor_at, by_constant_factor
    use finshell_problem, only: problem_t
    use finshell_step, only: step_t, control_load, control_arc_length, control_volume, prescribes_monitored, &
       snap_mark, snap_refuse, constant_ramp
@@ -114,7 +115,6 @@ contains
 
       if (.not. problem%has_constants .or. problem%state%constant_factor >= 1) return
       ramp = constant_ramp(step)
-      problem%constant_phase = .true.
       call new_targets(targets, ramp, problem%state%constant_factor, 0.0_wp, error)
       call self%history%forget()
       self%tangent%known = .false.
@@ -122,7 +122,6 @@ contains
       self%size = targets%first_size
       if (.not. allocated(error)) call self%progress%begin(problem%state)
       if (.not. allocated(error)) call self%advance(problem, ramp, targets, observer, error)
-      problem%constant_phase = .false.
       call self%history%forget()
    end subroutine bring_in_constants
 
@@ -158,8 +157,8 @@ contains
          attempt = self%plan(problem, step, targets, no_landing)
          if (self%rough) attempt%descends = self%may_descend(problem, step, targets, result, cuts, attempt)
          failure = failure_t(control=step%control, increment=self%increments, pivots=self%stability%negative_pivots, &
-                             factor=problem%factor(), way=self%history%way_to_limit(), size=attempt%size, &
-                             slenderness=problem%slenderness, soft=problem%soft, constant=problem%constant_phase, &
+                             factor=factor_at(problem%state, step%scaling), way=self%history%way_to_limit(), size=attempt%size, &
+                             slenderness=problem%slenderness, soft=problem%soft, constant=step%scaling == by_constant_factor, &
                              laboured=fading*self%laboured + 1)
          do
             call self%try(problem, step, targets, attempt, result)
@@ -168,9 +167,9 @@ contains
             turning = .false.
             if (result%converged) then
                overshot = .false.
-               if (attempt%control /= control_vector) call self%look_back(problem, targets, attempt, overshot)
+               if (attempt%control /= control_vector) call self%look_back(problem, step, targets, attempt, overshot)
                if (overshot) cycle
-               call find_stability(problem, result, self%increments == 0, self%stability, after, record%iterations)
+               call find_stability(problem, step%scaling, result, self%increments == 0, self%stability, after, record%iterations)
                call objection(self%tracker_t, problem, step, attempt, result, self%stability, after, complaint, turning, verdict)
                if (complaint == '') call self%mark(problem, step, targets, attempt, after, result, record, place, cuts, complaint)
                if (complaint == '') exit
@@ -268,7 +267,7 @@ contains
       logical :: can_switch
 
       can_switch = step%switch_control .and. prescribes_monitored(attempt%control) .and. prescribes_monitored(step%control) &
-         .and. .not. self%substitute .and. self%history%count > 0 .and. .not. problem%constant_phase
+         .and. .not. self%substitute .and. self%history%count > 0
       if (can_switch) can_switch = self%history%length(1) > 0 .and. grip_of(self%tracker_t) > 0
       if (can_switch .and. (turning .or. cuts >= 2)) then
          self%substitute = .true.
@@ -310,13 +309,13 @@ contains
       type(newton_result_t), intent(in) :: result
       type(record_t), intent(in) :: record !< iterations, cuts and event of the increment
       real(wp), allocatable :: x(:)
-      real(wp) :: change, moved, length, reached
+      real(wp) :: change, moved, length, factor, reached
       real(dp) :: now
       logical :: first
 
       allocate (x(problem%n))
       call problem%increment(x)
-      change = problem%factor() - problem%base_factor()
+      change = problem%change(step%scaling)
       moved = monitored(problem, problem%state) - monitored(problem, problem%base)
       first = self%history%count == 0 .and. attempt%control == control_load
       if (step%control == control_arc_length .and. first .and. step%load_scale > 0 .and. abs(change) > 0) &
@@ -334,17 +333,18 @@ contains
 
       problem%state%increment = problem%state%increment + 1
       call problem%accept()
+      factor = factor_at(problem%state, step%scaling)
       reached = monitored(problem, problem%state)
       ! A volume is met as closely as the iteration has converged.
       if (attempt%control == control_volume) reached = attempt%prescribed
-      call targets%pass(problem%factor(), reached)
+      call targets%pass(factor, reached)
       call self%adapt(step, targets, attempt, result, record%cuts, first, length, change, reached)
 
       self%increments = self%increments + 1
       self%iterations = self%iterations + record%iterations
       self%cuts = self%cuts + record%cuts
       self%mean_levels = self%mean_levels + ([problem%force_level, problem%moment_level] - self%mean_levels)/self%increments
-      call self%progress%note(problem%state, targets, problem%factor(), reached, record%negative_pivots)
+      call self%progress%note(problem%state, targets, factor, reached, record%negative_pivots)
       call cpu_time(now)
       self%last = record
       self%last%increment = problem%state%increment

@@ -6,6 +6,7 @@ module finshell_problem
    use finshell_kinds, only: wp, i1
    use finshell_status, only: status_invalid_argument
    use finshell_error, only: error_t, raise
+   use finshell_factor, only: factor_at
    use finshell_state, only: state_t
    use finshell_equations, only: field_rotation
    use finshell_balance, only: balance_t
@@ -13,8 +14,8 @@ module finshell_problem
    private
    public :: problem_t, stress_own, stress_predicted, stress_kept
 
-   !> What `move` does to the stresses that the geometric part of the tangent is made of: nothing, they are the elements' own; they
-   !> are predicted (mixed iteration); they stay as they are, since the motion follows the path of earlier increments, not a
+   !> What the stresses that the geometric part of the tangent is made of are after a `move`: the elements' own; predicted
+   !> (mixed iteration); as they were before, since the motion follows the path of earlier increments, not a
    !> solution of the linearised equations: predicted along it, they would be those of a wrong membrane strain.
    integer, parameter :: stress_own = 0, stress_predicted = 1, stress_kept = 2
 
@@ -25,10 +26,6 @@ module finshell_problem
       real(wp) :: detail = 1 !< length of an element
       type(state_t) :: state, base, iterate
       logical :: has_constants = .false. !< there are constant loads or supports
-      logical :: constant_phase = .false. !< the factor is that of the constant loads and supports
-      !> Left by `move`, for the geometric part of the next tangent; unallocated where the elements' own count.
-      real(wp), allocatable :: stress(:, :)
-
       real(wp) :: slenderness = huge(1.0_wp) !< least thickness over `size`
       !> The matrix has lost its stiffness in the reference state by the nature of the law: a stand-in can be added to it.
       logical :: soft = .false.
@@ -62,9 +59,7 @@ module finshell_problem
       procedure :: keep_base
       procedure :: largest_rotation
       procedure :: magnitude
-      procedure :: factor
-      procedure :: base_factor
-      procedure :: set_factor
+      procedure :: change
       procedure :: accept
       procedure :: restore
       procedure :: keep_iterate
@@ -74,12 +69,14 @@ module finshell_problem
    abstract interface
       !> Residual, rate and levels at `state`; with `tangent` also the matrix -d residual/d x for `factorise`.
       !> A recoverable error (code > 0) asks for a shorter correction or increment.
-      subroutine evaluate_interface(self, tangent, error, stand_in)
+      subroutine evaluate_interface(self, tangent, error, stand_in, stress, scaling)
          import :: problem_t, error_t, wp
          class(problem_t), intent(inout) :: self
          logical, intent(in) :: tangent
          type(error_t), allocatable, intent(out) :: error
          real(wp), intent(in), optional :: stand_in !< part of the stand-in stiffness added to the matrix, not to the residual
+         real(wp), intent(in), optional :: stress(:, :) !< for the geometric part of the matrix, as `move` leaves it; absent: own
+         integer, intent(in), optional :: scaling !< the factor that `rate` belongs to (finshell_factor; default by_load_factor)
       end subroutine evaluate_interface
 
       !> Factorise the matrix of the last `evaluate` with tangent.
@@ -99,12 +96,14 @@ module finshell_problem
          type(error_t), allocatable, intent(out) :: error
       end subroutine solve_interface
 
-      !> state <- state moved by the correction x and by a change of the factor.
-      subroutine move_interface(self, x, factor_change, stress)
+      !> state <- state moved by the correction x and by a change of a factor.
+      subroutine move_interface(self, x, factor_change, kind, stress, scaling)
          import :: problem_t, wp
          class(problem_t), intent(inout) :: self
          real(wp), intent(in) :: x(:), factor_change
-         integer, intent(in), optional :: stress !< stress_own (default), stress_predicted or stress_kept
+         integer, intent(in), optional :: kind !< of `stress`: stress_own (default), stress_predicted or stress_kept
+         real(wp), intent(inout), allocatable, optional :: stress(:, :) !< for `evaluate`; unallocated where it is the elements' own
+         integer, intent(in), optional :: scaling !< the factor that changes (default by_load_factor)
       end subroutine move_interface
 
       !> The single correction x that leads from `base` to `state`.
@@ -147,20 +146,23 @@ contains
       end if
    end subroutine watch_volume
 
-   !> Energy balance from `base` to `state`. To be overridden by problems that know their energy.
-   function balance(self) result(value)
+   !> Energy balance from `base` to `state`, between which one factor has changed. To be overridden by problems that know their
+   !> energy.
+   function balance(self, scaling) result(value)
       class(problem_t), intent(inout) :: self
+      integer, intent(in) :: scaling
       type(balance_t) :: value
-      value%known = self%n < 0
+      value%known = self%n < -scaling
    end function balance
 
    !> Largest rotation (radian) of a node in a correction. To be overridden where a rotation has several components.
-   pure function largest_rotation(self, x, factor_change) result(angle)
+   pure function largest_rotation(self, x, factor_change, scaling) result(angle)
       class(problem_t), intent(in) :: self
       real(wp), intent(in) :: x(:), factor_change
+      integer, intent(in) :: scaling !< the factor that changes
       real(wp) :: angle
       integer :: i
-      angle = 0*factor_change
+      angle = 0*factor_change*scaling
       do i = 1, size(x)
          if (self%field(i) == field_rotation) angle = max(angle, abs(x(i)))
       end do
@@ -177,36 +179,18 @@ contains
       if (present(added)) added = 0
    end subroutine magnitude
 
-   !> The active factor at `state`.
-   pure function factor(self) result(value)
+   !> Change of a factor from `base` to `state`.
+   pure function change(self, scaling) result(value)
       class(problem_t), intent(in) :: self
+      integer, intent(in) :: scaling
       real(wp) :: value
-      value = merge(self%state%constant_factor, self%state%load_factor, self%constant_phase)
-   end function factor
-
-   !> The active factor at `base`.
-   pure function base_factor(self) result(value)
-      class(problem_t), intent(in) :: self
-      real(wp) :: value
-      value = merge(self%base%constant_factor, self%base%load_factor, self%constant_phase)
-   end function base_factor
-
-   !> Replace the active factor at `state`, by a value that differs in its last bits.
-   pure subroutine set_factor(self, value)
-      class(problem_t), intent(inout) :: self
-      real(wp), intent(in) :: value
-      if (self%constant_phase) then
-         self%state%constant_factor = value
-      else
-         self%state%load_factor = value
-      end if
-   end subroutine set_factor
+      value = factor_at(self%state, scaling) - factor_at(self%base, scaling)
+   end function change
 
    !> The trial state is an equilibrium state: start the next increment from it.
    subroutine accept(self)
       class(problem_t), intent(inout) :: self
       self%base = self%state
-      if (allocated(self%stress)) deallocate (self%stress)
       call self%keep_base()
    end subroutine accept
 
@@ -220,7 +204,6 @@ contains
    subroutine restore(self)
       class(problem_t), intent(inout) :: self
       self%state = self%base
-      if (allocated(self%stress)) deallocate (self%stress)
    end subroutine restore
 
    subroutine keep_iterate(self)

@@ -30,8 +30,9 @@ contains
 
    !> Stability at the state that has just converged. As long as nothing seems to happen, the tangent of the last iteration tells
    !> for nothing; it belongs to a state before the last correction, so a change is confirmed with the tangent of the state itself.
-   subroutine find_stability(problem, result, first, before, after, solves)
+   subroutine find_stability(problem, scaling, result, first, before, after, solves)
       class(problem_t), intent(inout) :: problem
+      integer, intent(in) :: scaling !< the factor that changed
       type(newton_result_t), intent(in) :: result
       logical, intent(in) :: first !< increment of all: its first tangent tells the stability before it
       type(stability_t), intent(inout) :: before
@@ -43,7 +44,7 @@ contains
       after%known = result%regularised == 0
       after%negative_pivots = problem%negative_pivots
       after%determinant_sign = problem%determinant_sign
-      after%change = problem%factor() - problem%base_factor()
+      after%change = problem%change(scaling)
       after%sense = sign(1.0_wp, after%change)
       allocate (x(problem%n), x_t(problem%n))
       call problem%increment(x)
@@ -52,8 +53,7 @@ contains
          before = stability_t(.true., result%first_pivots, result%first_determinant)
       if (.not. abs(before%sense) > 0) before%sense = sign(1.0_wp, result%first_change)
       if (event_between(before, after) == no_event) return
-      if (allocated(problem%stress)) deallocate (problem%stress)
-      call problem%evaluate(.true., error)
+      call problem%evaluate(.true., error, scaling=scaling)
       if (.not. allocated(error)) call problem%factorise(error)
       if (.not. allocated(error)) call problem%solve(problem%rate, x_t, error)
       solves = solves + 1

@@ -2,6 +2,7 @@
 !> it passed something that was to be met. finshell_path decides what to make of the result.
 module finshell_tracker
    use finshell_kinds, only: wp
+   use finshell_factor, only: factor_at, set_factor
    use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_state, only: state_t
    use finshell_step, only: convergence_t, step_t, control_load, control_displacement, control_arc_length, control_volume, &
@@ -108,10 +109,11 @@ contains
       logical, intent(in) :: no_landing
       type(attempt_t) :: attempt
       real(wp), allocatable :: x(:)
-      real(wp) :: change, size
+      real(wp) :: change, size, factor
       logical :: known
 
       size = self%size
+      factor = factor_at(problem%state, step%scaling)
       if (allocated(self%branch)) then
          attempt%control = control_vector
          attempt%size = sign(size, step%branch_amplitude)
@@ -127,11 +129,11 @@ contains
          if (self%history%count == 0) then
             attempt%control = control_load
             attempt%size = targets%sense*size
-            if (targets%has_level()) attempt%size = toward(size, problem%factor(), targets%next_level())
+            if (targets%has_level()) attempt%size = toward(size, factor, targets%next_level())
             return
          end if
       case default
-         attempt%size = toward(size, problem%factor(), targets%next_level())
+         attempt%size = toward(size, factor, targets%next_level())
          return
       end select
       if (no_landing .or. .not. targets%has_level()) return
@@ -140,10 +142,10 @@ contains
       allocate (x(problem%n))
       call self%history%predict(attempt%control, attempt%size, x, change, known)
       if (.not. known) return
-      if ((targets%next_level() - problem%factor())*change <= 0) return
-      if (abs(change) < 0.85_wp*abs(targets%next_level() - problem%factor())) return
+      if ((targets%next_level() - factor)*change <= 0) return
+      if (abs(change) < 0.85_wp*abs(targets%next_level() - factor)) return
       attempt%control = control_load
-      attempt%size = targets%next_level() - problem%factor()
+      attempt%size = targets%next_level() - factor
       attempt%landing = .true.
    end function plan
 
@@ -157,7 +159,7 @@ contains
       type(newton_result_t), intent(out) :: result
       type(constraint_t) :: constraint
       type(convergence_t) :: settings
-      real(wp), allocatable :: x(:)
+      real(wp), allocatable :: x(:), stress(:, :)
       real(wp) :: change, scale, length, angle
       logical :: known
 
@@ -165,11 +167,12 @@ contains
       settings = step%convergence
       settings%mixed = settings%mixed .and. .not. attempt%plain
       constraint%control = attempt%control
+      constraint%scaling = step%scaling
       constraint%load_weight = self%load_weight
       constraint%sense = sign(1.0_wp, attempt%size)
       constraint%target = attempt%size
       if (attempt%control == control_load) then
-         constraint%target = problem%base_factor() + attempt%size
+         constraint%target = factor_at(problem%base, step%scaling) + attempt%size
          if (targets%has_level()) constraint%target = snapped(constraint%target, targets%next_level(), attempt%size)
       else if (prescribes_monitored(attempt%control)) then
          constraint%target = monitored(problem, problem%base) + attempt%size
@@ -196,35 +199,37 @@ contains
          length = arc_norm(x, problem%field, change, self%load_weight)
          scale = 1
          if (attempt%control == control_arc_length .and. length > 0) scale = attempt%size/length
-         angle = scale*problem%largest_rotation(x, change)
+         angle = scale*problem%largest_rotation(x, change, step%scaling)
          if (step%convergence%rotation_limit > 0 .and. angle > step%convergence%rotation_limit) &
             scale = scale*step%convergence%rotation_limit/angle
          attempt%predicted = scale*x
-         call problem%move(attempt%predicted, scale*change, merge(stress_kept, stress_own, settings%mixed))
+         call problem%move(attempt%predicted, scale*change, merge(stress_kept, stress_own, settings%mixed), stress, step%scaling)
       else if (attempt%control == control_arc_length) then
          constraint%previous = self%history%vector(:, 1)
          constraint%previous_change = self%history%factor(1)
       end if
       if (attempt%descends) then
-         call descend(problem, constraint%target, step%convergence, self%mean_levels, attempt%reach, result)
+         call descend(problem, constraint%target, step%convergence, self%mean_levels, attempt%reach, result, step%scaling)
       else
-         call solve_increment(problem, constraint, settings, self%mean_levels, result)
+         call solve_increment(problem, constraint, settings, self%mean_levels, result, stress)
       end if
-      if (result%converged .and. attempt%control == control_load) call problem%set_factor(constraint%target)
+      if (result%converged .and. attempt%control == control_load) &
+         call set_factor(problem%state, step%scaling, constraint%target) ! its last bits may differ
    end subroutine try
 
    !> After convergence: has a level or a monitored value been passed? Then go back and prescribe it.
-   subroutine look_back(self, problem, targets, attempt, overshot)
+   subroutine look_back(self, problem, step, targets, attempt, overshot)
       class(tracker_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
       type(targets_t), intent(in) :: targets
       type(attempt_t), intent(inout) :: attempt
       logical, intent(out) :: overshot
       real(wp) :: factor, value, old_factor, old_value, level_part, value_part
 
-      factor = problem%factor()
+      factor = factor_at(problem%state, step%scaling)
       value = monitored(problem, problem%state)
-      old_factor = problem%base_factor()
+      old_factor = factor_at(problem%base, step%scaling)
       old_value = monitored(problem, problem%base)
       level_part = 2
       value_part = 2
@@ -234,7 +239,7 @@ contains
          value_part = fraction_passed(old_value, value, targets%next_value())
       overshot = min(level_part, value_part) < 1
       if (.not. overshot) return
-      call self%keep_increment(problem)
+      call self%keep_increment(problem, step%scaling)
       call problem%restore()
       attempt%landing = .true.
       attempt%interpolate = min(level_part, value_part)
@@ -248,12 +253,13 @@ contains
    end subroutine look_back
 
    !> Remember the increment that has just converged, to interpolate in it.
-   subroutine keep_increment(self, problem)
+   subroutine keep_increment(self, problem, scaling)
       class(tracker_t), intent(inout) :: self
       class(problem_t), intent(in) :: problem
+      integer, intent(in) :: scaling !< the factor that changed
       if (.not. allocated(self%overshoot)) allocate (self%overshoot(problem%n))
       call problem%increment(self%overshoot)
-      self%overshoot_change = problem%factor() - problem%base_factor()
+      self%overshoot_change = problem%change(scaling)
    end subroutine keep_increment
 
    !> Monitored displacement or volume at a state of the problem; 0 when none is watched.

@@ -1,6 +1,7 @@
 !> Values of monitored quantities and result fields at an equilibrium state.
 module finshell_monitoring
    use finshell_kinds, only: wp, i4
+   use finshell_freedoms, only: rx, rz
    use finshell_discretisation, only: evaluate_gathered, gather_elements, gathered_t
    use finshell_equilibrium, only: equilibrium_t
    use finshell_field, only: field_t
@@ -143,7 +144,7 @@ contains
       results%internal_force => problem%internal_force
       results%external_force => problem%external_force
       if (.not. present(change)) return
-      results%spin => change%motion(4:6, :)
+      results%spin => change%motion(rx:rz, :)
       if (.not. change%alone) results%base => problem%state%rotation
    end subroutine new_node_results
 

@@ -4,6 +4,7 @@
 !> section but beyond the integration points, which are all that equilibrium asks for.
 module finshell_recovery
    use finshell_kinds, only: wp, i4
+   use finshell_freedoms, only: rx, rz, ux, uz
    use finshell_discretisation, only: gather_elements, gathered_t, recover_gathered
    use finshell_equilibrium, only: equilibrium_t
    use finshell_field_batch, only: element_field_t, element_fields, field_value, field_places, n_element_fields, change_quadratic, &
@@ -43,7 +44,7 @@ contains
       real(wp), intent(in) :: length !< of an element
       real(wp), parameter :: small_rotation = 1.0e-5_wp
       real(wp) :: largest
-      largest = max(maxval(abs(motion(4:6, :))), maxval(abs(motion(1:3, :)))/length)
+      largest = max(maxval(abs(motion(rx:rz, :))), maxval(abs(motion(ux:uz, :)))/length)
       small_part = small_rotation
       if (largest > 0) small_part = small_rotation/largest
    end function small_part

@@ -12,7 +12,8 @@ program precision_sample
    use finshell_error, only: error_t
    use finshell_kinds, only: dp, i4, wp
    use finshell_material, only: material_t
-   use finshell_membrane_batch, only: evaluate_membranes, n_membrane
+   use finshell_freedoms, only: n_membrane, n_shell
+   use finshell_membrane_batch, only: evaluate_membranes
    use finshell_quaternion, only: quaternion_product, quaternion_to_matrix, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion
    use finshell_registry, only: material_names, material_parameters, new_material, parameter_t
@@ -117,7 +118,7 @@ contains
       integer(i4), intent(in) :: convention
       real(wp), dimension(3, 3, n) :: x, u, theta
       real(wp), dimension(4, 3, n) :: q, state
-      real(wp) :: direction(3, n), energy(n), force(18, n), tangent(18, 18, n)
+      real(wp) :: direction(3, n), energy(n), force(n_shell, n), tangent(n_shell, n_shell, n)
       integer(i4) :: status(n)
       integer :: e
       do e = 1, n

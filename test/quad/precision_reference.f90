@@ -20,7 +20,8 @@ program precision_reference
    use finshell_error, only: error_t
    use finshell_kinds, only: dp, i4, wp
    use finshell_material, only: material_t
-   use finshell_membrane_batch, only: evaluate_membranes, n_membrane
+   use finshell_freedoms, only: n_membrane, n_shell
+   use finshell_membrane_batch, only: evaluate_membranes
    use finshell_registry, only: new_material
    use finshell_section, only: new_section, section_t
    implicit none
@@ -55,7 +56,7 @@ program precision_reference
       read (file, iostat=iostat) name, used, keys, values, thickness, formulation, convention, kind
       if (iostat /= 0) exit
       if (name /= last_name .or. kind /= last_kind .or. any(abs(values - last_values) > 0)) call close_line()
-      m = merge(n_membrane, 18, kind > 0)
+      m = merge(n_membrane, n_shell, kind > 0)
       call compare()
    end do
    call close_line()

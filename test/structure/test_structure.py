@@ -24,7 +24,8 @@ class Sources(unittest.TestCase):
 
     def test_no_violation(self):
         found = structure.violations(ROOT, structure.long_files(os.path.join(HERE, "long_files.txt")),
-                                     structure.pfunit_names(os.path.join(HERE, "pfunit_names.txt")), complete=True)
+                                     structure.pfunit_names(os.path.join(HERE, "pfunit_names.txt")), complete=True,
+                                     excepted=structure.excepted_counts(os.path.join(HERE, "freedoms.txt")))
         self.assertEqual(found, [], "\n" + "\n".join(found))
 
 
@@ -56,7 +57,7 @@ class Planted(unittest.TestCase):
         "app/main.f90": "program main\n use finshell_driver\n call run()\n stop 1\nend program\n",
     }
 
-    def found(self, changes, listed=(), names=frozenset()):
+    def found(self, changes, listed=(), names=frozenset(), excepted=frozenset()):
         """Violations in the clean tree after some files were replaced or added."""
         with tempfile.TemporaryDirectory() as root:
             for name, text in {**self.CLEAN, **changes}.items():
@@ -64,7 +65,7 @@ class Planted(unittest.TestCase):
                 os.makedirs(os.path.dirname(path), exist_ok=True)
                 with open(path, "w", encoding="utf-8") as file:
                     file.write(text)
-            return structure.violations(root, set(listed), names)
+            return structure.violations(root, set(listed), names, excepted=excepted)
 
     def test_clean_tree(self):
         self.assertEqual(self.found({}), [])
@@ -123,6 +124,20 @@ class Planted(unittest.TestCase):
         self.assertIn("402 lines", self.found(long)[0])
         self.assertEqual(self.found(long, ["src/model/finshell_mesh.f90"]), [])
         self.assertIn("listed as long", self.found({}, ["src/model/finshell_mesh.f90"])[0])
+
+    def test_counts_of_freedoms(self):
+        for line in ("allocate (f(6, nodes))", "k(18, 18) = 0", "x = m(4:6, i)", "do i = 1, 6", "p = 6*(i - 1) + 1", "f = reshape(f, [9])", "n = i/18"):
+            with self.subTest(line=line):
+                self.planted("src/path/finshell_newton.f90", f"module finshell_newton\ncontains\n subroutine f(x)\n  {line}\n end subroutine\nend module\n",
+                             "a literal number of freedoms")
+        for line in ("x = 1.0e-6*y(16)", "x = 6.0 + 0.18", "s = '(6, 18)' ! 18", "character(len=6) :: s", "character(9) :: s", "n6 = n_18", "c = f([character(len=9) :: 'a'])"):
+            with self.subTest(line=line):
+                self.assertEqual(self.found({"src/path/finshell_newton.f90": f"module finshell_newton\ncontains\n subroutine f(x)\n  {line}\n"
+                                             " end subroutine\nend module\n"}), [])
+        batch = {"src/batch/finshell_batch.f90": "module finshell_batch\n integer, parameter :: n = 18, m = 6\nend module\n"}
+        self.assertEqual(len(self.found(batch)), 1)
+        self.assertEqual(self.found(batch, excepted={("src/batch/finshell_batch.f90", "n = 18")}), [])
+        self.assertIn("does not stand there", self.found({}, excepted={("src/batch/finshell_batch.f90", "n = 18")})[0])
 
     def test_names_of_pfunit(self):
         names = structure.pfunit_names(os.path.join(HERE, "pfunit_names.txt"))

@@ -1,6 +1,7 @@
 !> The group &support of an input file.
 module finshell_input_support
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: n_nodal
    use finshell_error, only: error_t, raise
    use finshell_equations, only: equations_t, new_equations
    use finshell_mesh, only: mesh_t
@@ -14,7 +15,7 @@ module finshell_input_support
 
    character(len=*), parameter :: kinds = &
       'clamped, hinged, pinned, symmetry_x, symmetry_y, symmetry_z, symmetry, components'
-   character(len=2), parameter :: components(6) = ['ux', 'uy', 'uz', 'rx', 'ry', 'rz']
+   character(len=2), parameter :: components(n_nodal) = ['ux', 'uy', 'uz', 'rx', 'ry', 'rz']
    character(len=*), parameter :: component_names = 'ux, uy, uz, rx, ry, rz'
 
 contains
@@ -70,7 +71,7 @@ contains
       integer :: i, k
 
       call get_strings(group, 'fixed', fixed, error, choices=component_names)
-      do k = 1, 6
+      do k = 1, n_nodal
          if (allocated(error)) return
          call get(group, components(k), support%value(k), error, default=0.0_wp)
          support%fixed(k) = has(group, components(k))
