@@ -135,7 +135,7 @@ contains
    end function membrane_costs
 
    subroutine options()
-      integer, parameter :: points(4) = [1, 2, 3, 5], sizes(5) = [1, 8, 16, 64, 1000]
+      integer, parameter :: points(4) = [1, 2, 3, 5], sizes(6) = [1, 2, 3, 8, 64, 1000]
       integer :: i
       character(len=40) :: name
       call report('as shipped', costs(rotation_quaternion))
