@@ -3,7 +3,7 @@
 !>     bench_scale INPUT.nml
 !>
 !> A line for each part: its name, seconds (wall), seconds (CPU), and the largest memory of the process so far (bytes). The parts:
-!> set-up (input, mesh, equations, pattern), assembly of force and tangent, ordering, factorisation, solution of one right-hand side,
+!> set-up (input, mesh, equations, pattern), assembly of force and tangent, ordering, factorisation, solution of one right side,
 !> output (a result file with one step). Then a line `size` with elements, unknowns, entries of the matrix, bytes of the factors.
 program bench_scale
    use, intrinsic :: iso_fortran_env, only: error_unit, int64
