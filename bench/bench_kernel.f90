@@ -6,7 +6,7 @@
 !>
 !>     bench_kernel                       the figures above
 !>     bench_kernel options               what each option costs
-!>     bench_kernel count LEVEL ELEMENTS  evaluates and prints nothing: the work counted by bench/count_arithmetic.py
+!>     bench_kernel count LEVEL ELEMENTS [PER_CALL]  evaluates and prints nothing: the work counted by bench/count_arithmetic.py
 program bench_kernel
    use, intrinsic :: iso_fortran_env, only: int64, output_unit
    use finshell_batch, only: evaluate_elements, rotation_quaternion, rotation_vector
@@ -42,6 +42,7 @@ program bench_kernel
    case ('options')
       call options()
    case ('count')
+      if (command_argument_count() > 3) chunk = integer_argument(4)
       call evaluate(integer_argument(3), 0, rotation_quaternion, integer_argument(2))
    case default
       error stop 'bench_kernel: unknown argument '//trim(mode)//', expected none, options or count'
@@ -134,7 +135,7 @@ contains
    end function membrane_costs
 
    subroutine options()
-      integer, parameter :: points(4) = [1, 2, 3, 5], sizes(5) = [1, 8, 16, 64, 1000]
+      integer, parameter :: points(4) = [1, 2, 3, 5], sizes(6) = [1, 2, 3, 8, 64, 1000]
       integer :: i
       character(len=40) :: name
       call report('as shipped', costs(rotation_quaternion))

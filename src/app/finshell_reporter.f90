@@ -16,6 +16,7 @@ module finshell_reporter
    use finshell_stability, only: event_name, no_event
    use finshell_state, only: state_t, linear_change_t
    use finshell_status, only: status_io_error
+   use finshell_storage, only: storage_t
    use finshell_step, only: control_linear, control_buckling
    use finshell_version, only: version
    implicit none
@@ -136,7 +137,8 @@ contains
          call self%results%create(self%base_name//'~.vtkhdf', version, input_text, mesh%coordinates, mesh%triangles, &
                                   point_fields(self%problem, self%problem%state, self%output), &
                                   cell_fields(self%output, recovery), names, self%output%restart, error, &
-                                  published_as=self%base_name//'.vtkhdf')
+                                  published_as=self%base_name//'.vtkhdf', &
+                                  storage=storage_t(self%output%compress, self%output%single))
       end associate
       if (.not. allocated(error)) call self%write_fields(self%problem%state, row, recovery, error)
    end subroutine create_files

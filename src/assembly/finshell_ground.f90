@@ -6,7 +6,7 @@
 !> Path following adds a part of it to the matrix of the first iterations, never to the forces, so solutions are unchanged.
 !> A descent (finshell_descent) does likewise with a mass.
 module finshell_ground
-   use finshell_kinds, only: wp, i4, lanes
+   use finshell_kinds, only: wp, i4, strip
    use finshell_freedoms, only: n_nodal, uz
    use finshell_error, only: error_t
    use finshell_status, only: status_ok
@@ -47,14 +47,14 @@ contains
    pure function law_is_soft(law) result(soft)
       class(material_t), intent(in) :: law
       logical :: soft
-      real(wp) :: e(lanes, 3), w(lanes), s(lanes, 3), d(lanes, size(row)), scale(size(row))
-      integer(i4) :: status(lanes)
+      real(wp) :: e(strip, 3), w(strip), s(strip, 3), d(strip, size(row)), scale(size(row))
+      integer(i4) :: status(strip)
       e = 0
       w = 0
       s = 0
       d = 0
       status = status_ok
-      call law%plane_stress(lanes, level_tangent, e, w, s, d, status)
+      call law%plane_stress(strip, level_tangent, e, w, s, d, status)
       scale = law%reference_tangent()
       soft = abs(d(1, 3)) <= negligible*abs(scale(3))
    end function law_is_soft

@@ -3,7 +3,7 @@ module finshell_kinds
    use, intrinsic :: iso_fortran_env, only: int8, int32, int64, real64, real128
    implicit none
    private
-   public :: wp, dp, i1, i4, i8, lanes
+   public :: wp, dp, i1, i4, i8, strip, lanes
 
    integer, parameter :: dp = real64
 #ifdef FINSHELL_QUAD
@@ -13,6 +13,12 @@ module finshell_kinds
 #endif
    integer, parameter :: i1 = int8, i4 = int32, i8 = int64
 
-   !> Elements evaluated side by side: eight doubles fill one 512-bit register.
-   integer, parameter :: lanes = 8
+   !> Points that a material law takes side by side: eight doubles fill one 512-bit register.
+   integer, parameter :: strip = 8
+   !> Elements evaluated side by side. The narrow copy of the element (cmake/narrow) takes them one by one.
+#ifdef FINSHELL_NARROW
+   integer, parameter :: lanes = 1
+#else
+   integer, parameter :: lanes = strip
+#endif
 end module finshell_kinds

@@ -2,19 +2,22 @@
 !>
 !> Assembly, C interface and tests all come through here. Elements are gathered into blocks of `lanes`, evaluated side by side
 !> and scattered back; every element is computed by the same operations wherever it stands, so results do not depend on the
-!> number of threads nor on how a mesh is split into calls.
+!> number of threads nor on how a mesh is split into calls. But for an element that is alone in its call (finshell_single): the same
+!> formulas, other instructions, so that its results differ by rounding.
 module finshell_batch
-   use finshell_block, only: bad_shape, check_input, check_results, gather, separate, vanishing
+   use finshell_block, only: bad_shape, check_input, check_results, gather, vanishing
+   use finshell_chunk, only: evaluate_chunk, n_resultants
    use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
    use finshell_freedoms, only: n_shell
-   use finshell_element, only: block_t, evaluate_block, predict_block, recover_block, stress_t, rotation_vector, &
-      rotation_quaternion, rotation_increment
+   use finshell_element, only: block_t, predict_block, recover_block, stress_t, rotation_vector, rotation_quaternion, &
+      rotation_increment
    use finshell_element_fields, only: surface_stress
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_recovered, only: recovered_t
    use finshell_reference, only: side_free, side_straight, side_fixed
    use finshell_section, only: section_t
+   use finshell_single, only: evaluate_single, narrow
    use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
@@ -22,8 +25,6 @@ module finshell_batch
    public :: evaluate_elements, predict_resultants, recover_elements
    public :: rotation_vector, rotation_quaternion, rotation_increment, n_resultants, side_free, side_straight, side_fixed
 
-   !> Resultants of an element at its three in-plane points: N11, N22, N12, M11, M22, M12 of each point in turn.
-   integer, parameter :: n_resultants = 18
    !> Blocks a thread must have to pay (some 100 us of work; waking a team takes about 10).
    integer, parameter :: blocks_per_thread = 32
 
@@ -79,7 +80,13 @@ contains
 !$    if (.not. omp_in_parallel()) team = min(omp_get_max_threads(), 1 + blocks/blocks_per_thread)
       if (present(threads)) team = max(1, threads)
       quiet = .true.
-      if (team == 1 .or. blocks == 1) then
+      if (n == 1 .and. narrow) then
+         call hold(environment)
+         call evaluate_single(section, level, 0, n, x, u, rotation, convention, status, energy, force, tangent, direction, state, &
+                              resultants, toward, held, normal)
+         quiet = all_quiet()
+         call release(environment)
+      else if (team == 1 .or. blocks == 1) then
          call hold(environment)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
@@ -226,70 +233,4 @@ contains
       end do
       call release(environment)
    end subroutine recover_elements
-
-   !> Elements first + 1 ... of the batch.
-   subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state, resultants, toward, held, normal)
-      type(section_t), intent(in) :: section
-      integer, intent(in) :: level, first, n, convention
-      real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
-      integer(i4), intent(inout) :: status(n)
-      real(wp), intent(inout), optional :: energy(n), force(n_shell, n), tangent(n_shell, n_shell, n)
-      real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), toward(n_shell, n)
-      integer, intent(in), optional :: held(3, n)
-      real(wp), intent(in), optional :: normal(3, 3, n)
-      type(block_t) :: block
-      type(stress_t) :: stress
-      real(wp) :: eb(lanes), fb(lanes, n_shell), kb(lanes, n_shell, n_shell)
-      integer(i4) :: found(lanes)
-      integer :: i, l, used
-      logical :: changed
-
-      used = min(lanes, n - first)
-      call gather(first, n, x, u, rotation, convention, block, direction, state, held, toward, normal)
-      if (present(resultants)) call gather_stress(first, n, resultants, stress)
-      do
-         if (present(resultants)) then
-            call evaluate_block(section, level, block, eb, fb, kb, found, stress)
-         else
-            call evaluate_block(section, level, block, eb, fb, kb, found)
-         end if
-         ! only now: what was gathered one by one can be read in lanes after a while
-         call check_input(block, present(direction), found, changed)
-         if (.not. changed) exit
-      end do
-      status(first + 1:first + used) = found(1:used)
-      do l = 1, used
-         if (found(l) == status_ok) cycle
-         eb(l) = 0
-         fb(l, :) = 0
-         if (level == level_tangent) kb(l, :, :) = 0
-      end do
-      if (present(energy)) energy(first + 1:first + used) = eb(1:used)
-      if (present(force)) then
-         do l = 1, used
-            do i = 1, n_shell
-               force(i, first + l) = fb(l, i)
-            end do
-         end do
-      end if
-      if (present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
-   end subroutine evaluate_chunk
-
-   !> Resultants of the elements first + 1 ..., side by side.
-   pure subroutine gather_stress(first, n, resultants, stress)
-      integer, intent(in) :: first, n
-      real(wp), intent(in) :: resultants(n_resultants, n)
-      type(stress_t), intent(out) :: stress
-      integer :: e, g, l, v
-      do l = 1, lanes
-         e = first + merge(l, 1, first + l <= n)
-         do g = 1, 3
-            do v = 1, 3
-               stress%n(lanes*(g - 1) + l, v) = resultants(6*g - 6 + v, e)
-               stress%m(lanes*(g - 1) + l, v) = resultants(6*g - 3 + v, e)
-            end do
-         end do
-      end do
-   end subroutine gather_stress
 end module finshell_batch

@@ -223,16 +223,17 @@ contains
    pure subroutine transpose_block(block, elements)
       real(wp), intent(in) :: block(lanes, 324)
       real(wp), intent(inout) :: elements(324, lanes)
+      integer, parameter :: lane(8) = min([1, 2, 3, 4, 5, 6, 7, 8], lanes)
       integer :: i
       do i = 1, 324
-         elements(i, 1) = block(1, i)
-         elements(i, 2) = block(2, i)
-         elements(i, 3) = block(3, i)
-         elements(i, 4) = block(4, i)
-         elements(i, 5) = block(5, i)
-         elements(i, 6) = block(6, i)
-         elements(i, 7) = block(7, i)
-         elements(i, 8) = block(8, i)
+         elements(i, lane(1)) = block(lane(1), i)
+         elements(i, lane(2)) = block(lane(2), i)
+         elements(i, lane(3)) = block(lane(3), i)
+         elements(i, lane(4)) = block(lane(4), i)
+         elements(i, lane(5)) = block(lane(5), i)
+         elements(i, lane(6)) = block(lane(6), i)
+         elements(i, lane(7)) = block(lane(7), i)
+         elements(i, lane(8)) = block(lane(8), i)
       end do
    end subroutine transpose_block
 end module finshell_block

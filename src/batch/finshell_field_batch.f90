@@ -8,7 +8,7 @@ module finshell_field_batch
    use finshell_environment, only: environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
    use finshell_membrane, only: membrane_t, recover_membrane
-   use finshell_membrane_batch, only: check_membranes, gather_membranes
+   use finshell_membrane_chunk, only: check_membranes, gather_membranes
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_material_limit, status_no_value, status_ok

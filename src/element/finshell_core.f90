@@ -18,7 +18,8 @@ module finshell_core
    use finshell_kink, only: kink_t, new_kink
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_reference, only: reference_t, drilling_weight, higher_order_strain
-   use finshell_section, only: section_t, resultants_t, switches_t, integrate, midsurface_thickness, formulation_s, points_per_block
+   use finshell_resultants, only: resultants_t, switches_t, integrate, midsurface_thickness, points_per_block
+   use finshell_section, only: section_t, formulation_s
    use finshell_voigt, only: row, column
    implicit none
    private
@@ -121,6 +122,11 @@ contains
          end do
       end do
       if (kink%any) call refer_to(curved, core%membrane, core%curvature)
+      do k = 3*lanes + 1, points_per_block
+         core%membrane(k, :) = core%membrane(1, :)
+         core%curvature(k, :) = core%curvature(1, :)
+         point_axes(k, :) = point_axes(1, :)
+      end do
       if (level >= level_tangent) &
          call strain_derivatives(stabilised, ref, filter, tau, bend, drill, higher, l, dl, derivatives, kink)
       if (section%switched) then
@@ -129,6 +135,8 @@ contains
             call strain_variation(derivatives, heading%variation, switches%membrane, switches%curvature)
             if (kink%any) call refer_change_to(curved, switches%membrane, switches%curvature)
          end if
+         switches%floor = heading%floor(1)
+         if (heading%directed) switches%rate_floor = heading%rate_floor(1)
          do k = 0, 2*lanes, lanes
             switches%floor(k + 1:k + lanes) = heading%floor
             if (heading%directed) switches%rate_floor(k + 1:k + lanes) = heading%rate_floor

@@ -7,7 +7,7 @@ module finshell_core_derivatives
    use finshell_filter, only: filter_t, jacobian_gradient
    use finshell_kink, only: kink_t
    use finshell_reference, only: reference_t, zeta, n_side
-   use finshell_section, only: resultants_t, points_per_block
+   use finshell_resultants, only: resultants_t, points_per_block
    use finshell_voigt, only: pack
    implicit none
    private
@@ -315,6 +315,8 @@ contains
          membrane(k + 1:k + lanes, :) = de
          curvature(k + 1:k + lanes, :) = dk
       end do
+      membrane(3*lanes + 1:, :) = 0
+      curvature(3*lanes + 1:, :) = 0
    end subroutine strain_variation
 
    !> Resultants, linearised: those of this state plus tangent times changes of the strains.

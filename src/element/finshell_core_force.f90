@@ -12,7 +12,7 @@ module finshell_core_force
    use finshell_filter, only: filter_t, jacobian_gradient
    use finshell_kink, only: kink_t
    use finshell_reference, only: reference_t, zeta, n_side
-   use finshell_section, only: resultants_t
+   use finshell_resultants, only: resultants_t
    use finshell_voigt, only: pack
    implicit none
    private

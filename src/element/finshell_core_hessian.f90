@@ -6,7 +6,7 @@ module finshell_core_hessian
    use finshell_core_derivatives, only: strain_derivatives_t
    use finshell_core_strain, only: n_core, variable
    use finshell_reference, only: reference_t
-   use finshell_section, only: resultants_t
+   use finshell_resultants, only: resultants_t
    use finshell_voigt, only: row, column, pack
    implicit none
    private

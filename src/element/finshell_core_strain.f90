@@ -5,7 +5,8 @@ module finshell_core_strain
    use finshell_drilling, only: drilling_t
    use finshell_filter, only: filter_t
    use finshell_reference, only: reference_t
-   use finshell_section, only: section_t, reference_membrane_tangent
+   use finshell_resultants, only: reference_membrane_tangent
+   use finshell_section, only: section_t
    use finshell_voigt, only: pack
    implicit none
    private

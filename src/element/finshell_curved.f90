@@ -9,7 +9,8 @@ module finshell_curved
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_quaternion, only: quaternion_product
    use finshell_reference, only: reference_t, side_to
-   use finshell_section, only: section_t, resultants_t, points_per_block
+   use finshell_resultants, only: resultants_t, points_per_block
+   use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument
    use finshell_voigt, only: row, column, pack
    implicit none

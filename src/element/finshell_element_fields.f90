@@ -12,7 +12,8 @@ module finshell_element_fields
    use finshell_element_field, only: element_field_t, field, at_element, at_surfaces, at_layers, change_none, change_quadratic
    use finshell_kinds, only: wp, i4, lanes
    use finshell_recovered, only: recovered_t
-   use finshell_section, only: section_t, cauchy_stress, layer_direction
+   use finshell_resultants, only: cauchy_stress, layer_direction
+   use finshell_section, only: section_t
    use finshell_status, only: status_no_value
    use finshell_voigt, only: rotate_strain, rotate_stress
    implicit none

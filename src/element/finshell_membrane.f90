@@ -10,7 +10,8 @@ module finshell_membrane
    use finshell_material_direction, only: material_direction
    use finshell_membrane_section, only: integrate_membrane, membrane_force_t, membrane_switches_t
    use finshell_recovered, only: recovered_t
-   use finshell_section, only: section_t, midsurface_thickness
+   use finshell_resultants, only: midsurface_thickness
+   use finshell_section, only: section_t
    use finshell_status, only: status_collapsed_element, status_ok
    use finshell_strain_floor, only: rounding_of_solution, strain_floor
    use finshell_tension_field, only: relax, state_taut, state_wrinkled, tension_field_t

@@ -7,7 +7,7 @@
 module finshell_compressible_neo_hookean
    use finshell_elementary, only: log_remainder
    use finshell_incompressible, only: metric_limit, shape_limit
-   use finshell_kinds, only: wp, i4, lanes
+   use finshell_kinds, only: wp, i4, strip
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, optional_parameter
@@ -76,21 +76,21 @@ contains
       real(wp), intent(in) :: e(n, 3)
       real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
       integer(i4), intent(inout) :: status(n)
-      real(wp), dimension(lanes) :: c, f, q, x, c33, energy
+      real(wp), dimension(strip) :: c, f, q, x, c33, energy
       real(wp) :: a1, a2, a3, k, m, mu, lambda
       integer :: b, i
       mu = self%mu
       lambda = self%lambda
-      do b = 0, n - lanes, lanes
-         call solve_thickness(mu, lambda, e(b + 1:b + lanes, 1), e(b + 1:b + lanes, 2), e(b + 1:b + lanes, 3), c, f, q, x, c33, &
-                              energy, status(b + 1:b + lanes))
+      do b = 0, n - strip, strip
+         call solve_thickness(mu, lambda, e(b + 1:b + strip, 1), e(b + 1:b + strip, 2), e(b + 1:b + strip, 3), c, f, q, x, c33, &
+                              energy, status(b + 1:b + strip))
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             w(b + i) = energy(i)
          end do
          if (level < level_force) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             k = 2.0_wp*mu*c33(i)*c(i)
             s(b + i, 1) = mu*(f(i) - x(i) + x(i)*f(i)) - k*e(b + i, 2)
             s(b + i, 2) = mu*(f(i) - x(i) + x(i)*f(i)) - k*e(b + i, 1)
@@ -98,7 +98,7 @@ contains
          end do
          if (level < level_tangent) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             a1 = 1.0_wp + 2.0_wp*e(b + i, 2)
             a2 = 1.0_wp + 2.0_wp*e(b + i, 1)
             a3 = -e(b + i, 3)
@@ -121,21 +121,21 @@ contains
       real(wp), intent(in) :: e(n, 3)
       real(wp), intent(inout) :: l(n), dl(n, 3), ddl(n, 6)
       integer(i4), intent(inout) :: status(n)
-      real(wp), dimension(lanes) :: c, f, q, x, c33, energy
+      real(wp), dimension(strip) :: c, f, q, x, c33, energy
       real(wp) :: a1, a2, a3, k, m, mu, lambda, r, phi
       integer :: b, i
       mu = self%mu
       lambda = self%lambda
-      do b = 0, n - lanes, lanes
-         call solve_thickness(mu, lambda, e(b + 1:b + lanes, 1), e(b + 1:b + lanes, 2), e(b + 1:b + lanes, 3), c, f, q, x, c33, &
-                              energy, status(b + 1:b + lanes))
+      do b = 0, n - strip, strip
+         call solve_thickness(mu, lambda, e(b + 1:b + strip, 1), e(b + 1:b + strip, 2), e(b + 1:b + strip, 3), c, f, q, x, c33, &
+                              energy, status(b + 1:b + strip))
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             l(b + i) = sqrt(c33(i))
          end do
          if (level < level_force) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             ! dl = -phi C^-1, phi = lambda l/(lambda + 2 mu l^2), by differentiating the plane-stress condition
             a1 = 1.0_wp + 2.0_wp*e(b + i, 2)
             a2 = 1.0_wp + 2.0_wp*e(b + i, 1)
@@ -148,7 +148,7 @@ contains
          end do
          if (level < level_tangent) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             a1 = 1.0_wp + 2.0_wp*e(b + i, 2)
             a2 = 1.0_wp + 2.0_wp*e(b + i, 1)
             a3 = -e(b + i, 3)
@@ -166,26 +166,26 @@ contains
       end do
    end subroutine thickness_stretch
 
-   !> x = C33 - 1 and C33 from S33 = 0, each to rounding, for `lanes` strains; and the energy, for which all terms are at hand.
+   !> x = C33 - 1 and C33 from S33 = 0, each to rounding, for `strip` strains; and the energy, for which all terms are at hand.
    !>
    !> g(x) = x + r (ln det C + ln(1 + x)), r = lambda/(2 mu) >= 0, increases and is concave, and its root lies between 0
    !> (no Poisson effect) and 1/det C - 1 (incompressible): Halley's iteration clipped to that bracket cannot fail. Where C33
    !> is small y = ln C33 is the unknown.
    pure subroutine solve_thickness(mu, lambda, e1, e2, e3, c, f, q, x, c33, energy, status)
       real(wp), intent(in) :: mu, lambda
-      real(wp), intent(in) :: e1(lanes), e2(lanes), e3(lanes)
-      real(wp), intent(out) :: c(lanes) !< 1/det C
-      real(wp), intent(out) :: f(lanes) !< 1 - 1/det C
-      real(wp), intent(out) :: q(lanes) !< 4 det E
-      real(wp), intent(out) :: x(lanes), c33(lanes)
-      real(wp), intent(out) :: energy(lanes)
-      integer(i4), intent(inout) :: status(lanes)
-      real(wp), dimension(lanes) :: delta, det, md, log_det, mx, step
+      real(wp), intent(in) :: e1(strip), e2(strip), e3(strip)
+      real(wp), intent(out) :: c(strip) !< 1/det C
+      real(wp), intent(out) :: f(strip) !< 1 - 1/det C
+      real(wp), intent(out) :: q(strip) !< 4 det E
+      real(wp), intent(out) :: x(strip), c33(strip)
+      real(wp), intent(out) :: energy(strip)
+      integer(i4), intent(inout) :: status(strip)
+      real(wp), dimension(strip) :: delta, det, md, log_det, mx, step
       real(wp) :: p, r, g, dg, y, tolerance
       integer :: i, iteration
-      logical :: ok, thin(lanes)
+      logical :: ok, thin(strip)
       r = 0.5_wp*(lambda/mu)
-      do i = 1, lanes
+      do i = 1, strip
          p = 2.0_wp*(e1(i) + e2(i))
          q(i) = 4.0_wp*e1(i)*e2(i) - e3(i)*e3(i)
          delta(i) = p + q(i)
@@ -198,15 +198,15 @@ contains
          c(i) = 1.0_wp/det(i)
          f(i) = delta(i)*c(i)
       end do
-      call log_remainder(lanes, delta, md, log_det)
+      call log_remainder(strip, delta, md, log_det)
       if (any(delta < -0.5_wp)) then ! where det C is small, better from the product
-         do i = 1, lanes
+         do i = 1, strip
             if (delta(i) >= -0.5_wp) cycle
             log_det(i) = log(det(i))
             md(i) = delta(i) - log_det(i)
          end do
       end if
-      do i = 1, lanes
+      do i = 1, strip
          y = -r*log_det(i)/(1.0_wp + r)
          y = y + 0.5_wp*y*y*(1.0_wp - 1.0_wp/(1.0_wp + r)) ! right to second order
          x(i) = max(min(y, max(0.0_wp, -f(i))), min(0.0_wp, -f(i)))
@@ -217,9 +217,9 @@ contains
       tolerance = epsilon(1.0_wp)**0.4_wp ! the error of a cubically convergent iteration is far below its last step's
       do iteration = 1, most_iterations
          if (all(step <= 0.0_wp)) exit
-         call log_remainder(lanes, x, mx)
+         call log_remainder(strip, x, mx)
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             g = x(i) + r*(log_det(i) + (x(i) - mx(i)))
             y = r/(1.0_wp + x(i))
             dg = 1.0_wp + y
@@ -231,19 +231,19 @@ contains
             x(i) = y
          end do
       end do
-      call log_remainder(lanes, x, mx)
-      do i = 1, lanes
+      call log_remainder(strip, x, mx)
+      do i = 1, strip
          c33(i) = 1.0_wp + x(i)
       end do
       if (any(thin)) then
-         do i = 1, lanes
+         do i = 1, strip
             if (.not. thin(i)) cycle
             call solve_thin(r, log_det(i), y, c33(i))
             x(i) = c33(i) - 1.0_wp
             mx(i) = x(i) - y
          end do
       end if
-      do i = 1, lanes
+      do i = 1, strip
          ! stationary in x: an error of x counts by its square
          g = log_det(i) + (x(i) - mx(i))
          energy(i) = 0.5_wp*mu*((md(i) - q(i)) + mx(i) + 0.5_wp*r*g*g)

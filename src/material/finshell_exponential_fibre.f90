@@ -6,7 +6,7 @@
 module finshell_exponential_fibre
    use finshell_elementary, only: exp_remainder
    use finshell_invariant_law, only: invariant_law_t, response_t
-   use finshell_kinds, only: wp, lanes
+   use finshell_kinds, only: wp, strip
    use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, optional_parameter, required_parameter
    implicit none
@@ -59,18 +59,18 @@ contains
 
    pure subroutine response(self, x1, x4, r)
       class(exponential_fibre_t), intent(in) :: self
-      real(wp), intent(in) :: x1(lanes), x4(lanes, 2)
+      real(wp), intent(in) :: x1(strip), x4(strip, 2)
       type(response_t), intent(inout) :: r
-      real(wp) :: q(lanes), m(lanes), f, g, g1, g4
+      real(wp) :: q(strip), m(strip), f, g, g1, g4
       integer :: i
-      do i = 1, lanes
+      do i = 1, strip
          f = max(x4(i, 1), 0.0_wp)
          q(i) = self%c1*x1(i)*x1(i) + self%c2*f*f
          r%valid(i) = q(i) < largest_exponent
          q(i) = merge(q(i), 0.0_wp, r%valid(i))
       end do
-      call exp_remainder(lanes, q, m)
-      do i = 1, lanes
+      call exp_remainder(strip, q, m)
+      do i = 1, strip
          f = max(x4(i, 1), 0.0_wp)
          g = self%c0*(1.0_wp + (q(i) + m(i)))
          g1 = 2.0_wp*self%c1*x1(i)

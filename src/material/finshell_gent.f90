@@ -2,7 +2,7 @@
 module finshell_gent
    use finshell_elementary, only: log_remainder
    use finshell_invariant_law, only: invariant_law_t, response_t
-   use finshell_kinds, only: wp, lanes
+   use finshell_kinds, only: wp, strip
    use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, required_parameter
    implicit none
@@ -42,16 +42,16 @@ contains
 
    pure subroutine response(self, x1, x4, r)
       class(gent_t), intent(in) :: self
-      real(wp), intent(in) :: x1(lanes), x4(lanes, 2)
+      real(wp), intent(in) :: x1(strip), x4(strip, 2)
       type(response_t), intent(inout) :: r
-      real(wp) :: z(lanes), m(lanes), g
+      real(wp) :: z(strip), m(strip), g
       integer :: i
-      do i = 1, lanes
+      do i = 1, strip
          r%valid(i) = x1(i) < (1.0_wp - margin)*self%jm
          z(i) = merge(-x1(i)/self%jm, 0.0_wp, r%valid(i))
       end do
-      call log_remainder(lanes, z, m)
-      do i = 1, lanes
+      call log_remainder(strip, z, m)
+      do i = 1, strip
          g = 1.0_wp/(1.0_wp + z(i))
          r%w(i) = 0.5_wp*self%mu*self%jm*(m(i) - z(i))
          r%w1(i) = 0.5_wp*self%mu*g

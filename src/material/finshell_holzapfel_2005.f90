@@ -5,7 +5,7 @@ module finshell_holzapfel_2005
    use finshell_elementary, only: exp_remainder
    use finshell_exponential_fibre, only: largest_exponent
    use finshell_invariant_law, only: invariant_law_t, response_t
-   use finshell_kinds, only: wp, lanes
+   use finshell_kinds, only: wp, strip
    use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, required_parameter
    implicit none
@@ -53,20 +53,20 @@ contains
 
    pure subroutine response(self, x1, x4, r)
       class(holzapfel_2005_t), intent(in) :: self
-      real(wp), intent(in) :: x1(lanes), x4(lanes, 2)
+      real(wp), intent(in) :: x1(strip), x4(strip, 2)
       type(response_t), intent(inout) :: r
-      real(wp) :: q(lanes), m(lanes), c1, c2, f, g, g1, g4
+      real(wp) :: q(strip), m(strip), c1, c2, f, g, g1, g4
       integer :: i
       c1 = self%k2*(1.0_wp - self%rho)
       c2 = self%k2*self%rho
-      do i = 1, lanes
+      do i = 1, strip
          f = max(x4(i, 1), 0.0_wp)
          q(i) = c1*x1(i)*x1(i) + c2*f*f
          r%valid(i) = q(i) < largest_exponent
          q(i) = merge(q(i), 0.0_wp, r%valid(i))
       end do
-      call exp_remainder(lanes, q, m)
-      do i = 1, lanes
+      call exp_remainder(strip, q, m)
+      do i = 1, strip
          f = max(x4(i, 1), 0.0_wp)
          g = self%k1/self%k2*(1.0_wp + (q(i) + m(i)))
          g1 = 2.0_wp*c1*x1(i)

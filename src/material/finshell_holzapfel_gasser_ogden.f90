@@ -6,7 +6,7 @@ module finshell_holzapfel_gasser_ogden
    use finshell_elementary, only: exp_remainder
    use finshell_exponential_fibre, only: largest_exponent
    use finshell_invariant_law, only: invariant_law_t, response_t
-   use finshell_kinds, only: wp, lanes
+   use finshell_kinds, only: wp, strip
    use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, optional_parameter, required_parameter
    implicit none
@@ -59,25 +59,25 @@ contains
 
    pure subroutine response(self, x1, x4, r)
       class(holzapfel_gasser_ogden_t), intent(in) :: self
-      real(wp), intent(in) :: x1(lanes), x4(lanes, 2)
+      real(wp), intent(in) :: x1(strip), x4(strip, 2)
       type(response_t), intent(inout) :: r
-      real(wp) :: x(lanes), f(lanes), q(lanes), m(lanes), a, g, h
+      real(wp) :: x(strip), f(strip), q(strip), m(strip), a, g, h
       integer :: i, j
       a = 1.0_wp - 3.0_wp*self%kappa
-      do i = 1, lanes
+      do i = 1, strip
          r%w(i) = 0.5_wp*self%c*x1(i)
          r%w1(i) = 0.5_wp*self%c
       end do
       do j = 1, 2
-         do i = 1, lanes
+         do i = 1, strip
             x(i) = self%kappa*x1(i) + a*x4(i, j)
             f(i) = max(x(i), 0.0_wp)
             q(i) = self%k2*f(i)*f(i)
             r%valid(i) = r%valid(i) .and. q(i) < largest_exponent
             q(i) = min(q(i), largest_exponent)
          end do
-         call exp_remainder(lanes, q, m)
-         do i = 1, lanes
+         call exp_remainder(strip, q, m)
+         do i = 1, strip
             g = self%k1*(1.0_wp + (q(i) + m(i)))
             h = merge(g*(1.0_wp + 2.0_wp*q(i)), 0.0_wp, x(i) > r%threshold(i, j))
             r%w(i) = r%w(i) + 0.5_wp*self%k1/self%k2*(q(i) + m(i))

@@ -1,6 +1,6 @@
 !> What all incompressible laws share: the thickness stretch is the inverse of the area stretch.
 module finshell_incompressible
-   use finshell_kinds, only: wp, i4, lanes
+   use finshell_kinds, only: wp, i4, strip
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_material, only: material_t
    use finshell_status, only: status_material_limit
@@ -29,13 +29,13 @@ contains
       real(wp), intent(in) :: e(n, 3)
       real(wp), intent(inout) :: l(n), dl(n, 3), ddl(n, 6)
       integer(i4), intent(inout) :: status(n)
-      real(wp), dimension(lanes) :: a1, a2, a3, c, lc, lcc
+      real(wp), dimension(strip) :: a1, a2, a3, c, lc, lcc
       real(wp) :: det
       integer :: b, i
       logical :: ok
-      do b = 0, n - lanes, lanes
+      do b = 0, n - strip, strip
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             ! the adjugate of C
             a1(i) = 1.0_wp + 2.0_wp*e(b + i, 2)
             a2(i) = 1.0_wp + 2.0_wp*e(b + i, 1)
@@ -48,7 +48,7 @@ contains
          end do
          if (level < level_force) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             lc(i) = l(b + i)*c(i)
             dl(b + i, 1) = -lc(i)*a1(i)
             dl(b + i, 2) = -lc(i)*a2(i)
@@ -56,7 +56,7 @@ contains
          end do
          if (level < level_tangent) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             lcc(i) = 3.0_wp*lc(i)*c(i)
             ddl(b + i, 1) = lcc(i)*a1(i)*a1(i)
             ddl(b + i, 2) = lcc(i)*a2(i)*a2(i)

@@ -4,20 +4,20 @@
 !> are made here. C33 = 1/det C is eliminated, so that I1 = tr C + 1/det C. Notation as in finshell_mooney_rivlin.
 module finshell_invariant_law
    use finshell_incompressible, only: incompressible_t, metric_limit, shape_limit
-   use finshell_kinds, only: wp, i4, lanes
+   use finshell_kinds, only: wp, i4, strip
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_status, only: status_material_limit
    implicit none
    private
    public :: invariant_law_t, response_t
 
-   !> Energy and its derivatives at `lanes` points: 1 with respect to I1, 4 to I4 of each family. There is no coupling of families.
+   !> Energy and its derivatives at `strip` points: 1 with respect to I1, 4 to I4 of each family. There is no coupling of families.
    type :: response_t
-      real(wp) :: w(lanes), w1(lanes), w11(lanes)
-      real(wp) :: w4(lanes, 2), w14(lanes, 2), w44(lanes, 2)
-      logical :: valid(lanes) !< false: the law has ended
+      real(wp) :: w(strip), w1(strip), w11(strip)
+      real(wp) :: w4(strip, 2), w14(strip, 2), w44(strip, 2)
+      logical :: valid(strip) !< false: the law has ended
       !> Given: what a family looks at must be larger for its stiffness to count. Near 0; energy and stress switch at 0.
-      real(wp) :: threshold(lanes, 2)
+      real(wp) :: threshold(strip, 2)
    end type response_t
 
    type, extends(incompressible_t), abstract :: invariant_law_t
@@ -34,10 +34,10 @@ module finshell_invariant_law
 
    abstract interface
       pure subroutine response_interface(self, x1, x4, r)
-         import :: invariant_law_t, response_t, lanes, wp
+         import :: invariant_law_t, response_t, strip, wp
          class(invariant_law_t), intent(in) :: self
-         real(wp), intent(in) :: x1(lanes) !< I1 - 3 >= 0
-         real(wp), intent(in) :: x4(lanes, 2) !< I4 - 1 of each family
+         real(wp), intent(in) :: x1(strip) !< I1 - 3 >= 0
+         real(wp), intent(in) :: x4(strip, 2) !< I4 - 1 of each family
          !> Zero on entry, but `threshold`. Where it is not valid the values must still be finite.
          type(response_t), intent(inout) :: r
       end subroutine response_interface
@@ -82,13 +82,13 @@ contains
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(in), optional :: floor(n), rate(n, 3), rate_floor(n)
       type(response_t) :: r
-      real(wp), dimension(lanes) :: e1, e2, e3, c, x1, d1, d2, d3
-      real(wp) :: x4(lanes, 2), p, q, delta, det, f, g, a1, a2, a3, k, m1, m2, m3
+      real(wp), dimension(strip) :: e1, e2, e3, c, x1, d1, d2, d3
+      real(wp) :: x4(strip, 2), p, q, delta, det, f, g, a1, a2, a3, k, m1, m2, m3
       integer :: b, i, j
       logical :: ok
-      do b = 0, n - lanes, lanes
+      do b = 0, n - strip, strip
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             p = 2.0_wp*(e(b + i, 1) + e(b + i, 2))
             q = 4.0_wp*e(b + i, 1)*e(b + i, 2) - e(b + i, 3)*e(b + i, 3)
             delta = p + q
@@ -113,18 +113,18 @@ contains
          end do
          x4 = 0.0_wp
          do j = 1, self%families
-            do i = 1, lanes
+            do i = 1, strip
                x4(i, j) = 2.0_wp*(e1(i)*self%fibre(1, j) + e2(i)*self%fibre(2, j) + e3(i)*self%fibre(3, j))
             end do
          end do
          r%threshold = 0.0_wp
          if (present(floor)) then
             do j = 1, self%families
-               do i = 1, lanes
+               do i = 1, strip
                   r%threshold(i, j) = floor(b + i)
                end do
                if (.not. (present(rate) .and. present(rate_floor))) cycle
-               do i = 1, lanes
+               do i = 1, strip
                   f = 2.0_wp*(d1(i)*rate(b + i, 1) + d2(i)*rate(b + i, 2) + d3(i)*rate(b + i, 3))
                   g = 2.0_wp*(self%fibre(1, j)*rate(b + i, 1) + self%fibre(2, j)*rate(b + i, 2) + self%fibre(3, j)*rate(b + i, 3))
                   f = self%kappa*f + (1.0_wp - 3.0_wp*self%kappa)*g
@@ -139,20 +139,20 @@ contains
          r%w44 = 0.0_wp
          r%valid = .true.
          call self%response(x1, x4, r)
-         do i = 1, lanes
+         do i = 1, strip
             w(b + i) = r%w(i)
             if (.not. r%valid(i)) status(b + i) = status_material_limit
          end do
          if (level < level_force) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             s(b + i, 1) = 2.0_wp*r%w1(i)*d1(i)
             s(b + i, 2) = 2.0_wp*r%w1(i)*d2(i)
             s(b + i, 3) = 2.0_wp*r%w1(i)*d3(i)
          end do
          do j = 1, self%families
 !GCC$ ivdep
-            do i = 1, lanes
+            do i = 1, strip
                s(b + i, 1) = s(b + i, 1) + 2.0_wp*r%w4(i, j)*self%fibre(1, j)
                s(b + i, 2) = s(b + i, 2) + 2.0_wp*r%w4(i, j)*self%fibre(2, j)
                s(b + i, 3) = s(b + i, 3) + 2.0_wp*r%w4(i, j)*self%fibre(3, j)
@@ -160,7 +160,7 @@ contains
          end do
          if (level < level_tangent) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             a1 = 1.0_wp + 2.0_wp*e2(i)
             a2 = 1.0_wp + 2.0_wp*e1(i)
             a3 = -e3(i)
@@ -179,7 +179,7 @@ contains
          do j = 1, self%families
             associate (f1 => self%fibre(1, j), f2 => self%fibre(2, j), f3 => self%fibre(3, j))
 !GCC$ ivdep
-               do i = 1, lanes
+               do i = 1, strip
                   ! 4 (w14 (d f + f d) + w44 f f) = m f + f m
                   m1 = 4.0_wp*r%w14(i, j)*d1(i) + 2.0_wp*r%w44(i, j)*f1
                   m2 = 4.0_wp*r%w14(i, j)*d2(i) + 2.0_wp*r%w44(i, j)*f2

@@ -33,7 +33,7 @@ module finshell_material
       pure subroutine plane_stress_interface(self, n, level, e, w, s, d, status)
          import :: material_t, wp, i4
          class(material_t), intent(in) :: self
-         integer, intent(in) :: n !< number of points, a multiple of `lanes`
+         integer, intent(in) :: n !< number of points, a multiple of `strip`
          integer, intent(in) :: level !< finshell_evaluation; level_energy: w; level_force: w and s; level_tangent: w, s and d
          real(wp), intent(in) :: e(n, 3) !< strain
          real(wp), intent(inout) :: w(n) !< stored energy per reference volume

@@ -6,7 +6,7 @@
 !> I1 - 3 = delta f - q = p - f and I2 - 3 = delta f - q c. A = adj C, so that C^-1 = c A.
 module finshell_mooney_rivlin
    use finshell_incompressible, only: incompressible_t, metric_limit, shape_limit
-   use finshell_kinds, only: wp, i4, lanes
+   use finshell_kinds, only: wp, i4, strip
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, optional_parameter, required_parameter
@@ -48,16 +48,16 @@ contains
       real(wp), intent(in) :: e(n, 3)
       real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
       integer(i4), intent(inout) :: status(n)
-      real(wp), dimension(lanes) :: p, f, c, h
+      real(wp), dimension(strip) :: p, f, c, h
       real(wp) :: q, delta, det, g, a1, a2, a3, c2, k, wc
       real(wp) :: c10, c01
       integer :: b, i
       logical :: ok
       c10 = self%c10
       c01 = self%c01
-      do b = 0, n - lanes, lanes
+      do b = 0, n - strip, strip
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             p(i) = 2.0_wp*(e(b + i, 1) + e(b + i, 2))
             q = 4.0_wp*e(b + i, 1)*e(b + i, 2) - e(b + i, 3)*e(b + i, 3)
             delta = p(i) + q
@@ -75,7 +75,7 @@ contains
          end do
          if (level < level_force) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             c2 = c(i)*c(i)
             g = f(i)*(1.0_wp + c(i)) ! 1 - c^2
             h(i) = 1.0_wp - (2.0_wp + p(i))*c2
@@ -87,7 +87,7 @@ contains
          end do
          if (level < level_tangent) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             c2 = c(i)*c(i)
             a1 = 1.0_wp + 2.0_wp*e(b + i, 2)
             a2 = 1.0_wp + 2.0_wp*e(b + i, 1)

@@ -8,7 +8,7 @@
 module finshell_ogden
    use finshell_elementary, only: exp_remainder, log_remainder
    use finshell_incompressible, only: incompressible_t, metric_limit, shape_limit
-   use finshell_kinds, only: wp, i4, lanes
+   use finshell_kinds, only: wp, i4, strip
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, optional_parameter, required_parameter
@@ -75,16 +75,16 @@ contains
       real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
       integer(i4), intent(inout) :: status(n)
       ! per point: strains, principal strain difference, 1/C_a, logarithmic stretches y (the third from incompressibility)
-      real(wp), dimension(lanes) :: e1, e2, e3, gap, r1, r2, y1, y2, y3, dy
-      real(wp), dimension(lanes) :: x1, x2, x3, m1, m2, m3, w1, w2, w3, u, energy, t1, t2, k1, k2, k3, g
-      real(wp), dimension(lanes) :: c2, c3, a, b ! of the angle of the principal axes: cos 2, sin 2, cos^2, sin^2
+      real(wp), dimension(strip) :: e1, e2, e3, gap, r1, r2, y1, y2, y3, dy
+      real(wp), dimension(strip) :: x1, x2, x3, m1, m2, m3, w1, w2, w3, u, energy, t1, t2, k1, k2, k3, g
+      real(wp), dimension(strip) :: c2, c3, a, b ! of the angle of the principal axes: cos 2, sin 2, cos^2, sin^2
       real(wp) :: alpha, mu, p, det, mean, quotient, s1, s2, shear, d11, d22, d12, limit
       integer :: first, i, term
-      logical :: ok, valid(lanes)
+      logical :: ok, valid(strip)
       ! an exponent magnifies what det C has lost
       limit = shape_limit/max(1.0_wp, maxval(abs(self%alpha(:self%terms))))
-      do first = 0, n - lanes, lanes
-         do i = 1, lanes
+      do first = 0, n - strip, strip
+         do i = 1, strip
             e1(i) = e(first + i, 1)
             e2(i) = e(first + i, 2)
             e3(i) = e(first + i, 3)
@@ -106,10 +106,10 @@ contains
             r2(i) = 1.0_wp/(1.0_wp + x2(i))
             u(i) = 2.0_wp*gap(i)*r2(i) ! C1/C2 - 1
          end do
-         call log_remainder(lanes, x1, m1, w1)
-         call log_remainder(lanes, x2, m2, w2)
-         call log_remainder(lanes, u, m3, w3)
-         do i = 1, lanes
+         call log_remainder(strip, x1, m1, w1)
+         call log_remainder(strip, x2, m2, w2)
+         call log_remainder(strip, u, m3, w3)
+         do i = 1, strip
             y1(i) = 0.5_wp*w1(i)
             y2(i) = 0.5_wp*w2(i)
             y3(i) = -(y1(i) + y2(i))
@@ -139,16 +139,16 @@ contains
          do term = 1, self%terms
             alpha = self%alpha(term)
             mu = self%mu(term)
-            do i = 1, lanes
+            do i = 1, strip
                valid(i) = valid(i) .and. abs(alpha)*max(abs(y1(i)), abs(y2(i)), abs(y3(i))) < largest_exponent
                x1(i) = merge(alpha*y1(i), 0.0_wp, valid(i))
                x2(i) = merge(alpha*y2(i), 0.0_wp, valid(i))
                x3(i) = merge(alpha*y3(i), 0.0_wp, valid(i))
             end do
-            call exp_remainder(lanes, x1, m1, w1)
-            call exp_remainder(lanes, x2, m2, w2)
-            call exp_remainder(lanes, x3, m3, w3)
-            do i = 1, lanes
+            call exp_remainder(strip, x1, m1, w1)
+            call exp_remainder(strip, x2, m2, w2)
+            call exp_remainder(strip, x3, m3, w3)
+            do i = 1, strip
                energy(i) = energy(i) + mu/alpha*(m1(i) + m2(i) + m3(i)) ! the exponents add to zero
                ! e^x1 - e^x3 from e^x - 1 where both are near 1
                t1(i) = t1(i) + mu*merge((x1(i) - x3(i)) + (m1(i) - m3(i)), w1(i) - w3(i), max(abs(x1(i)), abs(x3(i))) < 1.0_wp)
@@ -158,11 +158,11 @@ contains
                k3(i) = k3(i) + mu*alpha*w3(i)
             end do
             if (level < level_force) cycle
-            do i = 1, lanes
+            do i = 1, strip
                x1(i) = merge(-abs(alpha)*dy(i), 0.0_wp, valid(i))
             end do
-            call exp_remainder(lanes, x1, m1, w3)
-            do i = 1, lanes
+            call exp_remainder(strip, x1, m1, w3)
+            do i = 1, strip
                ! (e^x1 - e^x2)/(x1 - x2): the larger exponential times (1 - e^z)/(-z), z = -|x1 - x2|
                ok = abs(x1(i)) > 0.0_wp
                quotient = 1.0_wp + merge(m1(i)/merge(x1(i), 1.0_wp, ok), 0.0_wp, ok)
@@ -170,13 +170,13 @@ contains
                g(i) = g(i) + mu*alpha*max(w1(i), w2(i))*quotient
             end do
          end do
-         do i = 1, lanes
+         do i = 1, strip
             w(first + i) = energy(i)
             status(first + i) = merge(status(first + i), status_material_limit, valid(i))
          end do
          if (level < level_force) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             s1 = t1(i)*r1(i)
             s2 = t2(i)*r2(i)
             g(i) = (g(i)*u(i) - 2.0_wp*s2)*r1(i) ! (S1 - S2)/(E1 - E2)
@@ -189,7 +189,7 @@ contains
          end do
          if (level < level_tangent) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             d11 = (k1(i) + k3(i) - 2.0_wp*t1(i))*r1(i)*r1(i)
             d22 = (k2(i) + k3(i) - 2.0_wp*t2(i))*r2(i)*r2(i)
             d12 = k3(i)*r1(i)*r2(i)

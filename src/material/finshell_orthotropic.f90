@@ -3,7 +3,7 @@
 !> Plane stress gives E33 = -(nu13/e1) S11 - (nu23/e2) S22; the law ends where E33 <= -1/2, that is where the thickness vanishes.
 module finshell_orthotropic
    use finshell_incompressible, only: metric_limit
-   use finshell_kinds, only: wp, i4, lanes
+   use finshell_kinds, only: wp, i4, strip
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, optional_parameter, required_parameter
@@ -72,7 +72,7 @@ contains
       real(wp), intent(in) :: e(n, 3)
       real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
       integer(i4), intent(inout) :: status(n)
-      real(wp), dimension(lanes) :: s1, s2, s3
+      real(wp), dimension(strip) :: s1, s2, s3
       real(wp) :: d11, d22, d12, d33
       integer :: b, i
       d11 = self%d11
@@ -80,9 +80,9 @@ contains
       d12 = self%d12
       d33 = self%d33
       call check(self%k1, self%k2, n, e, status)
-      do b = 0, n - lanes, lanes
+      do b = 0, n - strip, strip
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             s1(i) = d11*e(b + i, 1) + d12*e(b + i, 2)
             s2(i) = d12*e(b + i, 1) + d22*e(b + i, 2)
             s3(i) = d33*e(b + i, 3)
@@ -90,14 +90,14 @@ contains
          end do
          if (level < level_force) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             s(b + i, 1) = s1(i)
             s(b + i, 2) = s2(i)
             s(b + i, 3) = s3(i)
          end do
          if (level < level_tangent) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             d(b + i, 1) = d11
             d(b + i, 2) = d22
             d(b + i, 3) = d33
@@ -119,15 +119,15 @@ contains
       k1 = self%k1
       k2 = self%k2
       call check(k1, k2, n, e, status)
-      do b = 0, n - lanes, lanes
+      do b = 0, n - strip, strip
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             l2 = 1.0_wp - 2.0_wp*(k1*e(b + i, 1) + k2*e(b + i, 2))
             l(b + i) = sqrt(merge(l2, 1.0_wp, l2 > 0.0_wp))
          end do
          if (level < level_force) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             r = 1.0_wp/l(b + i)
             dl(b + i, 1) = -k1*r
             dl(b + i, 2) = -k2*r
@@ -135,7 +135,7 @@ contains
          end do
          if (level < level_tangent) cycle
 !GCC$ ivdep
-         do i = 1, lanes
+         do i = 1, strip
             r = 1.0_wp/l(b + i)
             r = r*r*r
             ddl(b + i, 1) = -k1*k1*r

@@ -1,7 +1,7 @@
 !> Yeoh: W = c1 (I1 - 3) + c2 (I1 - 3)^2 + c3 (I1 - 3)^3, incompressible.
 module finshell_yeoh
    use finshell_invariant_law, only: invariant_law_t, response_t
-   use finshell_kinds, only: wp, lanes
+   use finshell_kinds, only: wp, strip
    use finshell_material, only: material_t
    use finshell_parameter, only: parameter_t, optional_parameter, required_parameter
    implicit none
@@ -39,10 +39,10 @@ contains
 
    pure subroutine response(self, x1, x4, r)
       class(yeoh_t), intent(in) :: self
-      real(wp), intent(in) :: x1(lanes), x4(lanes, 2)
+      real(wp), intent(in) :: x1(strip), x4(strip, 2)
       type(response_t), intent(inout) :: r
       integer :: i
-      do i = 1, lanes
+      do i = 1, strip
          r%w(i) = x1(i)*(self%c1 + x1(i)*(self%c2 + x1(i)*self%c3))
          r%w1(i) = self%c1 + x1(i)*(2.0_wp*self%c2 + x1(i)*3.0_wp*self%c3)
          r%w11(i) = 2.0_wp*self%c2 + x1(i)*6.0_wp*self%c3

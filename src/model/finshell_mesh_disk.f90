@@ -40,7 +40,7 @@ contains
       !> Nodes inside are moved by up to this fraction of the width of a ring and of an edge around, the same way every time.
       real(wp), intent(in), optional :: distortion
       character(len=:), allocatable :: chosen_portion, cut
-      real(wp), allocatable :: x(:, :)
+      real(wp), allocatable :: x(:, :), position(:)
       integer, allocatable :: t(:, :)
       real(wp) :: ratio, r, a
       integer(i8) :: seed
@@ -96,14 +96,15 @@ contains
       end do
       allocate (x(3, before(rings) + segments(rings) + merge(0, 1, closed)), t(3, m*grows*(2*rings - grows)))
       x(:, 1) = 0.0_wp
+      position = [(ring_position(k, rings, ratio), k=1, rings)]
       seed = 20260701_i8
       do k = 1, rings
          do j = 0, merge(segments(k) - 1, segments(k), closed)
-            r = radius*ring_position(k, rings, ratio)
+            r = radius*position(k)
             a = 2.0_wp*pi/parts*real(j, wp)/segments(k)
             if (present(distortion)) then
                if (k < rings .and. (closed .or. (j > 0 .and. j < segments(k)))) then
-                  r = r + distortion*random()*radius*(ring_position(k + 1, rings, ratio) - ring_position(k, rings, ratio))
+                  r = r + distortion*random()*radius*(position(k + 1) - position(k))
                   a = a + distortion*random()*2.0_wp*pi/(parts*segments(k))
                end if
             end if

@@ -26,6 +26,8 @@ module finshell_monitor
       integer :: every = 1 !< increments from one set of fields to the next; requested load levels are always written
       integer, allocatable :: wanted(:) !< numbers of the fields, rising; unallocated: the default
       logical :: restart = .false. !< keep what a restart needs
+      integer :: compress = 1 !< level of zlib for the result file, 0 to 9
+      logical :: single = .false. !< fields of the result file in single precision
    end type output_t
 
 contains

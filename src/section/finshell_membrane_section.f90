@@ -2,7 +2,9 @@
 module finshell_membrane_section
    use finshell_kinds, only: wp, i4, lanes
    use finshell_evaluation, only: level_force, level_tangent
-   use finshell_section, only: section_t, layer_direction
+   use finshell_law_block, only: plane_stress, switched_plane_stress
+   use finshell_resultants, only: layer_direction
+   use finshell_section, only: section_t
    use finshell_voigt, only: rotate_strain, rotate_stress, rotate_tangent
    implicit none
    private
@@ -44,17 +46,17 @@ contains
          associate (layer => section%layers(l))
             h = layer%thickness
             if (layer%law%isotropic) then
-               call layer%law%plane_stress(lanes, level, strain, w, s, d, status)
+               call plane_stress(layer%law, level, strain, w, s, d, status)
             else
                call layer_direction(layer, axes, direction)
                call rotate_strain(lanes, direction, strain, e)
                if (.not. (layer%law%switched .and. present(switches))) then
-                  call layer%law%plane_stress(lanes, level, e, w, s, d, status)
+                  call plane_stress(layer%law, level, e, w, s, d, status)
                else if (switches%directed) then
                   call rotate_strain(lanes, direction, switches%rate, rate)
-                  call layer%law%switched_plane_stress(lanes, level, e, switches%floor, w, s, d, status, rate, switches%rate_floor)
+                  call switched_plane_stress(layer%law, level, e, switches%floor, w, s, d, status, rate, switches%rate_floor)
                else
-                  call layer%law%switched_plane_stress(lanes, level, e, switches%floor, w, s, d, status)
+                  call switched_plane_stress(layer%law, level, e, switches%floor, w, s, d, status)
                end if
                if (level >= level_force) call rotate_stress(lanes, direction, s)
                if (level >= level_tangent) call rotate_tangent(lanes, direction, d)

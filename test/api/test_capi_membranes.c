@@ -153,7 +153,8 @@ static void pulled_strip(void)
    finshell_section_destroy(s);
 }
 
-/* What is not looked at may be anything; the short forms, other batches and more threads have the same bits. */
+/* What is not looked at may be anything; the short forms, other batches and more threads have the same bits; an element alone in its
+ * call has the same results. */
 static void not_looked_at(void)
 {
    static result clean, found;
@@ -177,8 +178,11 @@ static void not_looked_at(void)
             double energy, force[9], tangent[9][9], stretch, moment[3], stress[3][3];
             CHECK(finshell_evaluate(sections[s], 1, p.X + 9 * e, p.u + 9 * e, NULL, 0, NULL, p.direction + 3 * e, &energy, force,
                                     tangent[0], NULL, 1, &status) == 0);
-            CHECK(energy == clean.energy[e] && memcmp(force, clean.force[e], sizeof force) == 0);
-            CHECK(memcmp(tangent, clean.tangent[e], sizeof tangent) == 0);
+            double most_of_tangent = 0;
+            for (int i = 0; i < 81; i++) most_of_tangent = fmax(most_of_tangent, fabs(clean.tangent[e][i / 9][i % 9]));
+            CHECK_CLOSE(energy, clean.energy[e], 1e-12 * clean.energy[e]);
+            for (int i = 0; i < 9; i++) CHECK_CLOSE(force[i], clean.force[e][i], 1e-13 * most_of_tangent);
+            for (int i = 0; i < 81; i++) CHECK_CLOSE(tangent[i / 9][i % 9], clean.tangent[e][i / 9][i % 9], 1e-11 * most_of_tangent);
             CHECK(finshell_recover(sections[s], 1, p.X + 9 * e, p.u + 9 * e, NULL, 0, NULL, p.direction + 3 * e, &stretch, NULL,
                                    moment, stress[0], NULL, &status) == 0);
             CHECK(stretch == clean.stretch[e] && moment[0] == 0 && memcmp(stress, clean.stress[e], sizeof stress) == 0);

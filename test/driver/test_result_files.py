@@ -69,6 +69,21 @@ class ResultFiles(unittest.TestCase):
             self.assertTrue(np.all(np.diff(rise) > 0) and rise[0] == 0)
         return steps
 
+    def test_storage(self):
+        text = MODEL.format("0.5").replace("divisions = 8, 1", "divisions = 100, 2")
+        found = {}
+        for keys, kind, level in (("", "float64", 1), ("compress = 9 precision = 'single'", "float32", 9), ("compress = 0", "float64", None)):
+            self.assertEqual(self.run_text(text + f"&output {keys} /\n").returncode, 0)
+            with h5py.File(self.path / "model.vtkhdf") as file:
+                field = file["VTKHDF/PointData/displacement"]
+                self.assertEqual((field.dtype, field.compression_opts), (np.dtype(kind), level))
+                self.assertEqual(file["VTKHDF/Points"].dtype, np.float64)
+                found[keys] = field[:]
+        np.testing.assert_array_equal(found[""], found["compress = 0"])
+        np.testing.assert_array_equal(found[""].astype(np.float32), found["compress = 9 precision = 'single'"])
+        self.refuse(self.run_text(text + "&output compress = 10 /\n"), 2, "model.nml:8", "compress", "10", "9")
+        self.refuse(self.run_text(text + "&output precision = 'half' /\n"), 2, "model.nml:8", "precision", "'half'", "single")
+
     def test_a_start_that_fails_leaves_earlier_results(self):
         self.assertEqual(self.run_text(SHORT).returncode, 0)
         self.assertEqual(self.files(), NAMES)

@@ -27,7 +27,7 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 WRITER = None
-CELLS = 4
+CELLS = 16  # the fields are large enough to be compressed
 NODES = (CELLS + 1) ** 2
 ELEMENTS = 2 * CELLS**2
 
@@ -49,8 +49,8 @@ def expected(step):
     return points, {"thickness_stretch": elements + 0.5 * step, "membrane_force": force}
 
 
-def write(file, steps, mode="close", cells=CELLS, **options):
-    return subprocess.run([WRITER, file, str(cells), str(steps), mode], capture_output=True, text=True, **options)
+def write(file, steps, mode="close", cells=CELLS, storage=(), **options):
+    return subprocess.run([WRITER, file, str(cells), str(steps), mode, *storage], capture_output=True, text=True, **options)
 
 
 class Results(unittest.TestCase):
@@ -59,8 +59,8 @@ class Results(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
         self.file = str(Path(self.folder.name, "square.vtkhdf"))
 
-    def written(self, steps, mode="close"):
-        run = write(self.file, steps, mode)
+    def written(self, steps, mode="close", storage=()):
+        run = write(self.file, steps, mode, storage=storage)
         self.assertEqual(run.stderr, "")
         self.assertEqual(run.returncode, -signal.SIGKILL if mode == "kill" else 0)
 
@@ -139,6 +139,48 @@ class Results(unittest.TestCase):
     def test_all_readers(self):
         self.written(4)
         self.check_all(4)
+
+    def test_storage(self):
+        """What is compressed or in single precision (which holds all values here) is read as ever; restarts change storage."""
+        sizes = {}
+        for storage in (("0", "double"), ("1", "double"), ("9", "double"), ("0", "single"), ("1", "single")):
+            with self.subTest(storage=storage):
+                self.written(4, "kill", storage)
+                self.check_all(4)
+                sizes[storage] = os.path.getsize(self.file)
+                with h5py.File(self.file) as file:
+                    for dataset in (*file["VTKHDF/PointData"].values(), *file["VTKHDF/CellData"].values()):
+                        restart = dataset.name.endswith("/displacement")
+                        self.assertEqual(dataset.dtype, np.float32 if "single" in storage and not restart else np.float64, dataset.name)
+                        self.assertEqual(dataset.compression_opts or 0, int(storage[0]), dataset.name)
+                        self.assertEqual(dataset.chunks[0], dataset.shape[0] // 4, "a step is one chunk")
+                    for path in ("VTKHDF/Points", "finshell/history/load_factor", "finshell/history/w", "finshell/quaternions"):
+                        self.assertEqual(file[path].dtype, np.float64)
+                self.written(1, "restart", ("1", "single"))
+                self.check_all(5)
+        self.assertLess(sizes["1", "double"], 0.7 * sizes["0", "double"])
+        self.assertLess(sizes["0", "single"], 0.9 * sizes["0", "double"])
+        self.assertLess(sizes["1", "single"], 0.8 * sizes["0", "single"])
+
+    def test_many_triangles(self):
+        """A million triangles: a step is one piece of the file, so that opening it takes well under a second of CPU time."""
+        run = write(self.file, 2, cells=707)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        start = time.process_time()
+        reader = vtk.vtkHDFReader()
+        reader.SetFileName(self.file)
+        reader.UpdateInformation()
+        reader.UpdateTimeStep(1.0)
+        seconds = time.process_time() - start
+        force = vtk_to_numpy(reader.GetOutput().GetCellData().GetArray("membrane_force"))
+        np.testing.assert_array_equal(force[:, 1], np.arange(1, 2 * 707**2 + 1))
+        self.assertLess(seconds, 1.0)
+        self.assertLess(os.path.getsize(self.file), 60e6, "197 MB without compression")
+
+    def test_what_single_precision_cannot_hold(self):
+        self.assert_refused(write(self.file, 1, storage=("1", "large")), "rotation", "3.5", "precision = 'double' is expected")
+        self.written(2)
+        self.check_all(2)
 
     def test_pyvista(self):
         self.written(3)

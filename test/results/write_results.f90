@@ -1,11 +1,12 @@
 !> Writes a result file with known values, for test_vtkhdf.py.
 !>
-!> write_results FILE CELLS STEPS [close|kill|restart]
+!> write_results FILE CELLS STEPS [close|kill|restart [COMPRESS [double|single|large]]]
 !>    FILE     name of the VTKHDF file; the history goes to FILE.history.csv
 !>    CELLS    cells along a side of the unit square, two triangles each
 !>    STEPS    number of steps to write (restart: more steps)
 !>    kill     end without closing anything, as a killed run does
 !>    restart  continue an existing file
+!>    COMPRESS level of compression, default 1; single: fields in single precision; large: with values that it cannot hold
 program write_results
    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
    use, intrinsic :: iso_fortran_env, only: error_unit
@@ -14,6 +15,7 @@ program write_results
    use finshell_history, only: history_file_t
    use finshell_kinds, only: wp
    use finshell_results, only: results_file_t
+   use finshell_storage, only: storage_t
    implicit none
    interface
       function c_raise(signal) bind(c, name='raise') result(status)
@@ -32,6 +34,7 @@ program write_results
    integer(c_intptr_t), parameter :: ignore = 1
    character(len=*), parameter :: input = '&job name = "square" /'//new_line('a')//'! größer'//new_line('a')
    type(results_file_t) :: results
+   type(storage_t) :: storage
    type(history_file_t) :: history
    type(error_t), allocatable :: error
    type(field_t) :: points(3), cells(2)
@@ -47,6 +50,7 @@ program write_results
    file = argument(1, 'results.vtkhdf')
    mode = argument(4, 'close')
    steps = number(argument(3, '3'))
+   storage = storage_t(number(argument(5, '1')), argument(6, 'double') /= 'double')
    call square(number(argument(2, '4')))
    points = [field_t('displacement', 3), field_t('rotation', 3), field_t('temperature', 1)]
    cells = [field_t('thickness_stretch', 1), field_t('membrane_force', 3)]
@@ -55,7 +59,7 @@ program write_results
    first = 0
    if (mode == 'restart') then
       call results%open_for_restart(file, '0.0.0', input, x, triangles, points, cells, monitors, record, displacement, &
-         & quaternions, error)
+         & quaternions, error, storage)
       call stop_on(error)
       first = record%increment + 1
       call fill(record%increment)
@@ -63,7 +67,7 @@ program write_results
       if (maxval(abs(quaternions - state(record%increment))) > 0.0_wp) error stop 'the rotations read are not those written'
       call history%open_for_restart(file//'.history.csv', monitors, record%increment, error)
    else
-      call results%create(file, '0.0.0', input, x, triangles, points, cells, monitors, .true., error)
+      call results%create(file, '0.0.0', input, x, triangles, points, cells, monitors, .true., error, storage=storage)
       call stop_on(error)
       call history%create(file//'.history.csv', monitors, error)
    end if
@@ -128,6 +132,7 @@ contains
       points(2)%values = 2.0_wp*points(1)%values
       points(3)%values = reshape([(i + 1000.0_wp*k, i=1, size(x, 2))], [1, size(x, 2)])
       cells(1)%values = reshape([(i + 0.5_wp*k, i=1, size(triangles, 2))], [1, size(triangles, 2)])
+      if (argument(6, '') == 'large') points(2)%values(1, 1) = -3.5e38_wp
       cells(2)%values = reshape([(real(k, wp), real(i, wp), -1.0_wp, i=1, size(triangles, 2))], [3, size(triangles, 2)])
    end subroutine fill
 

@@ -3,7 +3,7 @@ module support_element
    use, intrinsic :: iso_fortran_env, only: int64, real64
    use finshell_batch, only: evaluate_elements, rotation_quaternion, rotation_vector
    use finshell_error, only: error_t
-   use finshell_kinds, only: wp, i4, lanes
+   use finshell_kinds, only: wp, i4, strip
    use finshell_evaluation, only: level_tangent
    use finshell_material, only: material_t
    use finshell_quaternion, only: quaternion_product, rotation_vector_to_quaternion
@@ -71,8 +71,8 @@ contains
       type(section_t), intent(in) :: section
       logical :: regular
       real(wp), parameter :: small = 1.0e-9_wp
-      real(wp) :: e(lanes, 3), w(lanes), s(lanes, 3), d(lanes, 6), a(3, 3), l(3)
-      integer(i4) :: status(lanes)
+      real(wp) :: e(strip, 3), w(strip), s(strip, 3), d(strip, 6), a(3, 3), l(3)
+      integer(i4) :: status(strip)
       integer :: i
       e = 0
       do i = 1, 3
@@ -80,14 +80,14 @@ contains
          e(2*i + 1, i) = -small
       end do
       status = 0
-      call section%layers(1)%law%plane_stress(lanes, level_tangent, e, w, s, d, status)
+      call section%layers(1)%law%plane_stress(strip, level_tangent, e, w, s, d, status)
       regular = all(status == 0) .and. .not. abs(w(1)) > 0 .and. .not. maxval(abs(s(1, :))) > 0
       if (.not. regular) return
       a(:, 1) = [d(1, 1), d(1, 4), d(1, 5)]
       a(:, 2) = [d(1, 4), d(1, 2), d(1, 6)]
       a(:, 3) = [d(1, 5), d(1, 6), d(1, 3)]
       l = eigenvalues(a)
-      regular = minval(l) > 1.0e-6_wp*maxval(l) .and. maxval(abs(d - spread(d(1, :), 1, lanes))) < 1.0e-5_wp*maxval(abs(d))
+      regular = minval(l) > 1.0e-6_wp*maxval(l) .and. maxval(abs(d - spread(d(1, :), 1, strip))) < 1.0e-5_wp*maxval(abs(d))
    end function has_regular_reference
 
    !> A triangle in space, sides of about 1, not too flat.

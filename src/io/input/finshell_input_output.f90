@@ -98,7 +98,7 @@ contains
       type(output_t), intent(out) :: output
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
-      character(len=:), allocatable :: fields(:), field_list
+      character(len=:), allocatable :: fields(:), field_list, precision
       integer :: i
 
       if (allocated(error)) return
@@ -106,8 +106,11 @@ contains
       call get_strings(group, 'fields', fields, error, choices=field_list)
       call get(group, 'every', output%every, error, default=output%every, minimum=0)
       call get(group, 'restart', output%restart, error, default=output%restart)
+      call get(group, 'compress', output%compress, error, default=output%compress, minimum=0, maximum=9)
+      call get(group, 'precision', precision, error, default='double', choices='double, single')
       call check_all_used(group, error)
       if (allocated(error)) return
+      output%single = precision == 'single'
       output%fields = output%every > 0
       if (size(fields) == 0) return
       table = result_fields()

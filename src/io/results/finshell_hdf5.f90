@@ -10,11 +10,12 @@ module finshell_hdf5
    use hdf5, only: h5screate_f, h5screate_simple_f, h5sclose_f, h5sselect_hyperslab_f
    use hdf5, only: h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f
    use hdf5, only: h5dcreate_f, h5dopen_f, h5dclose_f, h5dwrite_f, h5dread_f, h5dget_space_f, h5dset_extent_f
-   use hdf5, only: h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5pset_fill_time_f
+   use hdf5, only: h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5pset_fill_time_f, h5pset_shuffle_f, h5pset_deflate_f
+   use hdf5, only: h5zfilter_avail_f, h5z_filter_deflate_f
    use hdf5, only: h5tcopy_f, h5tclose_f, h5tset_size_f, h5tset_cset_f, h5tset_strpad_f
    use hdf5, only: h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_scope_global_f, h5s_scalar_f, h5s_select_set_f, h5s_unlimited_f
    use hdf5, only: h5p_dataset_create_f, h5d_fill_time_never_f, h5t_cset_utf8_f, h5t_str_nullpad_f, h5_integer_kind
-   use hdf5, only: h5t_ieee_f64le, h5t_std_i64le, h5t_std_u8le, h5t_native_double, h5t_fortran_s1
+   use hdf5, only: h5t_ieee_f32le, h5t_ieee_f64le, h5t_std_i64le, h5t_std_u8le, h5t_native_double, h5t_fortran_s1
    use finshell_kinds, only: dp, i8
    use finshell_disk, only: copy_in_system, lack_of_room, length_in_system, link_in_system, lock_t, remove_in_system
    use finshell_disk, only: rename_in_system, set_environment
@@ -22,11 +23,13 @@ module finshell_hdf5
    use finshell_status, only: status_io_error
    implicit none
    private
-   public :: hdf5_file_t, hdf5_table_t, hdf5_real, hdf5_integer, hdf5_byte, hdf5_line
+   public :: hdf5_file_t, hdf5_table_t, hdf5_real, hdf5_single, hdf5_integer, hdf5_byte, hdf5_line
 
-   !> What a table holds: real(dp), integer(i8), integer(i8) stored as unsigned bytes, or lines of text (longer ones are cut).
-   integer, parameter :: hdf5_real = 1, hdf5_integer = 2, hdf5_byte = 3, hdf5_line = 4
+   !> What a table holds: real(dp), integer(i8), integer(i8) stored as unsigned bytes, lines of text (longer ones are cut), or
+   !> real(dp) stored in single precision.
+   integer, parameter :: hdf5_real = 1, hdf5_integer = 2, hdf5_byte = 3, hdf5_line = 4, hdf5_single = 5
    integer, parameter :: line_length = 160
+   integer(hsize_t), parameter :: worth_compressing = 256 !< numbers in a chunk
 
    type :: hdf5_file_t
       private
@@ -34,6 +37,7 @@ module finshell_hdf5
       character(len=:), allocatable :: name
       type(lock_t) :: lock
       logical :: stand_in = .false. !< a copy stands under the name of the file
+      integer :: compress = 0 !< level of zlib for large tables
    contains
       procedure :: create => create_file
       procedure :: open => open_file
@@ -75,10 +79,13 @@ module finshell_hdf5
 contains
 
    !> Create a file, replacing an existing one that may be written to.
-   subroutine create_file(self, name, error)
+   subroutine create_file(self, name, error, compress)
       class(hdf5_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name
       type(error_t), allocatable, intent(out) :: error
+      !> Level of zlib for large tables, 0 (default) to 9. Without effect where the HDF5 library has no zlib.
+      integer, optional, intent(in) :: compress
+      logical :: available
       integer :: status
       call start(error)
       if (.not. allocated(error)) call ask_system(name, 'unknown', 'readwrite', 'create', error)
@@ -89,6 +96,10 @@ contains
          self%id = -1
          call raise(error, status_io_error, name//': cannot create the result file: is the disk full?')
       end if
+      self%compress = 0
+      if (present(compress)) self%compress = compress
+      call h5zfilter_avail_f(h5z_filter_deflate_f, available, status)
+      if (.not. available) self%compress = 0
    end subroutine create_file
 
    !> Open an existing file for reading.
@@ -304,7 +315,8 @@ contains
    end subroutine write_text
 
    !> Create a table without rows. One component makes a list (rank 1) unless `rank` says 2.
-   !> `rows` is the number of rows that are usually written together: the size of a chunk.
+   !> `rows` is the number of rows that are usually written together: the size of a chunk. So a chunk is written once and not
+   !> touched again, and whoever reads such rows reads (and unpacks) a single piece, or a few where HDF5 allows no larger ones.
    subroutine create_table(self, file, path, kind, error, components, rows, rank)
       class(hdf5_table_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file
@@ -318,13 +330,14 @@ contains
       call set_kind(self, file, path, kind, components, rank)
       select case (kind)
       case (hdf5_real); file_type = h5t_ieee_f64le
+      case (hdf5_single); file_type = h5t_ieee_f32le
       case (hdf5_integer); file_type = h5t_std_i64le
       case (hdf5_byte); file_type = h5t_std_u8le
       case default; file_type = self%memory_type
       end select
       dims = [int(self%components, hsize_t), 0_hsize_t]
       chunk = [int(self%components, hsize_t), 128_hsize_t]
-      if (present(rows)) chunk(2) = max(rows, 1)
+      if (present(rows)) chunk(2) = max(1, (rows - 1)/pieces(self%components, rows) + 1)
       limits = [dims(1), h5s_unlimited_f]
       if (self%rank == 1) then
          dims(1) = dims(2)
@@ -335,12 +348,23 @@ contains
       call h5pcreate_f(h5p_dataset_create_f, properties, ignored)
       call h5pset_chunk_f(properties, self%rank, chunk(:self%rank), ignored)
       call h5pset_fill_time_f(properties, h5d_fill_time_never_f, ignored)
+      if (present(rows) .and. file%compress > 0 .and. product(chunk(:self%rank)) >= worth_compressing) then
+         call h5pset_shuffle_f(properties, ignored)
+         call h5pset_deflate_f(properties, file%compress, ignored)
+      end if
       call h5dcreate_f(file%id, path, file_type, space, self%id, status, properties)
       call h5pclose_f(properties, ignored)
       call h5sclose_f(space, ignored)
       if (status < 0) self%id = -1
       call check(status >= 0, self%place, 'create the dataset', error)
    end subroutine create_table
+
+   !> Chunks that so many rows need: HDF5 takes none of 4 GiB or more.
+   pure integer function pieces(components, rows)
+      integer, intent(in) :: components, rows
+      integer(i8), parameter :: most_bytes = 2_i8**31
+      pieces = int(8_i8*components*rows/most_bytes) + 1
+   end function pieces
 
    !> Open an existing table, which must have these components; `rows` returns how many rows it has.
    subroutine open_table(self, file, path, kind, rows, error, components, rank)
@@ -495,7 +519,7 @@ contains
       table%rank = merge(1, 2, table%components == 1)
       if (present(rank)) table%rank = rank
       select case (kind)
-      case (hdf5_real); table%memory_type = h5t_native_double
+      case (hdf5_real, hdf5_single); table%memory_type = h5t_native_double
       case (hdf5_integer, hdf5_byte); call h5tcopy_f(h5kind_to_type(i8, h5_integer_kind), table%memory_type, ignored)
       case default; call new_text_type(line_length, .true., table%memory_type)
       end select

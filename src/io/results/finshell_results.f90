@@ -9,20 +9,21 @@ module finshell_results
    use finshell_error, only: error_t, raise
    use finshell_field, only: check_field, check_fields, check_increment, field_t, gaps, has_displacement, increment_t, layout, &
       & monitor_value, name_t, with_gaps, without_slash
-   use finshell_hdf5, only: hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_table_t
+   use finshell_hdf5, only: hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_single, hdf5_table_t
    use finshell_kinds, only: i8, wp
+   use finshell_record_tables, only: attach_table, record_tables_t
    use finshell_status, only: status_invalid_argument, status_io_error
+   use finshell_storage, only: check_range, storage_t
    use finshell_vtkhdf, only: compare_mesh, index_splits, same_lists, same_ranks, same_values, write_mesh
    use finshell_xdmf, only: xdmf_file_t, xdmf_name
    implicit none
    private
    public :: results_file_t
 
-   character(len=*), parameter :: counters(3) = [character(len=15) :: 'increment', 'iterations', 'negative_pivots']
-
    !> A field and the list of where each of its steps begins.
    type :: series_t
       type(hdf5_table_t) :: values, offsets
+      integer :: bytes = 8 !< of a number in the file
    end type series_t
 
    type :: results_file_t
@@ -33,12 +34,13 @@ module finshell_results
       integer :: nodes = 0, elements = 0
       integer(i8) :: steps = 0, lines = 0
       logical :: restartable = .false.
+      type(storage_t) :: storage
       type(field_t), allocatable :: point_layout(:), cell_layout(:) !< names and components
       type(series_t), allocatable :: points(:), cells(:)
       type(series_t) :: load_factor !< as field data of VTKHDF
       type(name_t), allocatable :: monitors(:)
-      type(hdf5_table_t) :: times, same(5), history(3), factors, quaternions, log
-      type(hdf5_table_t), allocatable :: monitored(:)
+      type(hdf5_table_t) :: times, same(size(same_lists)), quaternions, log
+      type(record_tables_t) :: history
    contains
       procedure :: create, open_for_restart, publish, append, log_line
       procedure :: close => close_results
@@ -50,7 +52,7 @@ contains
    !> Create NAME.vtkhdf and NAME.xdmf for a file name NAME.vtkhdf, replacing existing ones. A restartable file also keeps the nodal
    !> rotations, and needs the point field 'displacement'.
    subroutine create(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, monitors, &
-      & restartable, error, published_as)
+      & restartable, error, published_as, storage)
       class(results_file_t), intent(inout) :: self
       character(len=*), intent(in) :: file_name
       character(len=*), intent(in) :: version !< of finshell
@@ -62,6 +64,7 @@ contains
       logical, intent(in) :: restartable
       type(error_t), allocatable, intent(out) :: error
       character(len=*), optional, intent(in) :: published_as !< the name the file will have after `publish`, if another one
+      type(storage_t), optional, intent(in) :: storage
       call check_fields(point_fields, 'point field', error)
       if (.not. allocated(error)) call check_fields(cell_fields, 'cell field', error)
       if (.not. allocated(error) .and. restartable .and. .not. has_displacement(point_fields)) &
@@ -73,7 +76,9 @@ contains
       self%nodes = size(coordinates, 2)
       self%elements = size(triangles, 2)
       self%steps = 0
-      call self%file%create(file_name, error)
+      self%storage = storage_t()
+      if (present(storage)) self%storage = storage
+      call self%file%create(file_name, error, self%storage%compress)
       if (allocated(error)) return
       call write_mesh(self%file, coordinates, triangles, error)
       if (.not. allocated(error)) call self%file%make_group('/finshell', error)
@@ -99,7 +104,7 @@ contains
    !> They are copied to a new file that replaces the old one: a run that was killed while it wrote can leave traces of a further
    !> step, which can be ignored but not safely overwritten.
    subroutine open_for_restart(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, &
-      & monitors, last, displacement, quaternions, error)
+      & monitors, last, displacement, quaternions, error, storage)
       class(results_file_t), intent(inout) :: self
       character(len=*), intent(in) :: file_name, version, input_text
       real(wp), intent(in) :: coordinates(:, :)
@@ -109,6 +114,7 @@ contains
       type(increment_t), intent(out) :: last
       real(wp), contiguous, intent(out) :: displacement(:, :), quaternions(:, :)
       type(error_t), allocatable, intent(out) :: error
+      type(storage_t), optional, intent(in) :: storage
       type(results_file_t) :: old
       type(error_t), allocatable :: ignored
       integer(i8) :: restartable
@@ -126,7 +132,7 @@ contains
       if (.not. allocated(error)) call compare_mesh(old%file, file_name, coordinates, triangles, error)
       if (.not. allocated(error)) call old%attach(.false., point_fields, cell_fields, monitors, .true., error)
       if (.not. allocated(error)) call self%create(file_name//'.restart', version, input_text, coordinates, triangles, &
-         & point_fields, cell_fields, monitors, .true., error, published_as=file_name)
+         & point_fields, cell_fields, monitors, .true., error, published_as=file_name, storage=storage)
       if (.not. allocated(error)) call copy_steps(old, self, point_fields, cell_fields, last, displacement, quaternions, error)
       call old%close(ignored)
       if (.not. allocated(error)) call self%publish(error)
@@ -147,7 +153,7 @@ contains
       integer :: i
       points = point_fields
       cells = cell_fields
-      call read_records(old, records, error)
+      call old%history%read_all(old%steps, records, error)
       do step = 0, old%lines - 1
          if (.not. allocated(error)) call old%log%get_line(step, line, error)
          if (.not. allocated(error)) call new%log_line(line, error)
@@ -195,6 +201,8 @@ contains
       if (.not. allocated(error)) call check_fields(point_fields, self%point_layout, self%nodes, 'node', record%increment, error)
       if (.not. allocated(error)) call check_fields(cell_fields, self%cell_layout, self%elements, 'element', &
          & record%increment, error)
+      if (.not. allocated(error)) call check_range(point_fields, self%points%bytes, record%increment, error)
+      if (.not. allocated(error)) call check_range(cell_fields, self%cells%bytes, record%increment, error)
       if (.not. allocated(error) .and. self%restartable) then
          rotations = field_t('rotation quaternion', 4, quaternions)
          call check_field(rotations, 4, self%nodes, 'node', record%increment, error)
@@ -207,7 +215,7 @@ contains
       call self%file%end_writing()
       if (allocated(error)) return
       self%steps = self%steps + 1
-      call self%xdmf%append(int(self%steps) - 1, record, point_fields, cell_fields, error)
+      call self%xdmf%append(int(self%steps) - 1, record, point_fields, cell_fields, self%points%bytes, self%cells%bytes, error)
    end subroutine append
 
    !> Append a line to the solver log in the file; it reaches the disk with the next increment.
@@ -227,14 +235,12 @@ contains
       if (allocated(self%points)) then
          call close_series(self%points)
          call close_series(self%cells)
-         call self%monitored%close()
-         deallocate (self%points, self%cells, self%monitored)
+         deallocate (self%points, self%cells)
       end if
       call close_series(self%load_factor)
       call self%same%close()
       call self%history%close()
       call self%times%close()
-      call self%factors%close()
       call self%quaternions%close()
       call self%log%close()
       call self%file%close(error)
@@ -253,25 +259,21 @@ contains
       self%monitors = monitors
       self%point_layout = layout(point_fields)
       self%cell_layout = layout(cell_fields)
-      allocate (self%points(size(point_fields)), self%cells(size(cell_fields)), self%monitored(size(monitors)))
+      allocate (self%points(size(point_fields)), self%cells(size(cell_fields)))
       call grow(self%times, '/VTKHDF/Steps/Values', hdf5_real, 1)
       do i = 1, size(same_lists)
          call grow(self%same(i), '/VTKHDF/Steps/'//trim(same_lists(i)), hdf5_integer, 1, rank=same_ranks(i))
       end do
       do i = 1, size(point_fields)
+         self%points(i)%bytes = self%storage%bytes(point_fields(i)%name, restartable)
          call grow_series(self%points(i), 'PointData', point_fields(i), self%nodes)
       end do
       do i = 1, size(cell_fields)
+         self%cells(i)%bytes = self%storage%bytes(cell_fields(i)%name, restartable)
          call grow_series(self%cells(i), 'CellData', cell_fields(i), self%elements)
       end do
       call grow_series(self%load_factor, 'FieldData', field_t('load_factor', 1), 1)
-      do i = 1, size(counters)
-         call grow(self%history(i), '/finshell/history/'//trim(counters(i)), hdf5_integer, 1)
-      end do
-      call grow(self%factors, '/finshell/history/load_factor', hdf5_real, 1)
-      do i = 1, size(monitors)
-         call grow(self%monitored(i), '/finshell/history/'//without_slash(monitors(i)%text), hdf5_real, 1)
-      end do
+      call self%history%attach(self%file, self%name, monitors, fresh, self%steps, error)
       if (restartable) call grow(self%quaternions, '/finshell/quaternions', hdf5_real, 4, items=self%nodes)
       self%lines = 0
       if (.not. allocated(error)) then
@@ -287,17 +289,7 @@ contains
          character(len=*), intent(in) :: path
          integer, intent(in) :: kind, components
          integer, optional, intent(in) :: items, rank
-         integer(i8) :: rows, complete
-         if (allocated(error)) return
-         if (fresh) then
-            call table%create(self%file, path, kind, error, components, items, rank)
-         else
-            call table%open(self%file, path, kind, rows, error, components, rank)
-            complete = self%steps
-            if (present(items)) complete = complete*items
-            if (.not. allocated(error) .and. rows < complete) call raise(error, status_io_error, self%name//': ' &
-               & //path//' is shorter than the number of steps: the file is damaged')
-         end if
+         call attach_table(table, self%file, self%name, path, kind, components, fresh, self%steps, error, items, rank)
       end subroutine grow
 
       subroutine grow_series(series, group, field, items)
@@ -305,7 +297,8 @@ contains
          character(len=*), intent(in) :: group
          type(field_t), intent(in) :: field
          integer, intent(in) :: items
-         call grow(series%values, '/VTKHDF/'//group//'/'//field%name, hdf5_real, field%components, items=items)
+         call grow(series%values, '/VTKHDF/'//group//'/'//field%name, &
+            & merge(hdf5_single, hdf5_real, series%bytes == 4), field%components, items=items)
          call grow(series%offsets, '/VTKHDF/Steps/'//group//'Offsets/'//field%name, hdf5_integer, 1)
       end subroutine grow_series
    end subroutine attach
@@ -325,17 +318,11 @@ contains
       call put_series(self%load_factor, 1, reshape([record%load_factor], [1, 1]))
       if (self%restartable .and. .not. allocated(error)) &
          & call self%quaternions%put_reals(self%steps*self%nodes, rotations%values, error)
-      call put_real(self%times, real(record%increment, wp))
+      if (.not. allocated(error)) call self%times%put_reals(self%steps, reshape([real(record%increment, wp)], [1, 1]), error)
       do i = 1, size(same_lists)
          call put_integer(self%same(i), same_values(i))
       end do
-      call put_integer(self%history(1), int(record%increment, i8))
-      call put_integer(self%history(2), int(record%iterations, i8))
-      call put_integer(self%history(3), int(record%negative_pivots, i8))
-      call put_real(self%factors, record%load_factor)
-      do i = 1, size(self%monitored)
-         call put_real(self%monitored(i), monitor_value(record, i))
-      end do
+      if (.not. allocated(error)) call self%history%append(self%steps, record, error)
    contains
       subroutine put_series(series, items, values)
          type(series_t), intent(in) :: series
@@ -344,12 +331,6 @@ contains
          if (.not. allocated(error)) call series%values%put_reals(self%steps*items, values, error)
          call put_integer(series%offsets, self%steps*items)
       end subroutine put_series
-
-      subroutine put_real(table, value)
-         type(hdf5_table_t), intent(in) :: table
-         real(wp), intent(in) :: value
-         if (.not. allocated(error)) call table%put_reals(self%steps, reshape([value], [1, 1]), error)
-      end subroutine put_real
 
       subroutine put_integer(table, value)
          type(hdf5_table_t), intent(in) :: table
@@ -364,33 +345,9 @@ contains
       integer(i8), parameter :: bytes = storage_size(1.0_wp)/8, overhead = 8192 ! a new chunk of a list, a new node of its index
       step_size = 32*overhead + sum(int(self%point_layout%components, i8))*self%nodes*bytes &
          & + sum(int(self%cell_layout%components, i8))*self%elements*bytes &
-         & + overhead*(2*(size(self%points) + size(self%cells)) + size(self%monitored))
+         & + overhead*(2*(size(self%points) + size(self%cells)) + size(self%monitors))
       if (self%restartable) step_size = step_size + 4_i8*self%nodes*bytes
    end function step_size
-
-   !> The history of all complete steps.
-   subroutine read_records(self, records, error)
-      class(results_file_t), intent(in) :: self
-      type(increment_t), allocatable, intent(out) :: records(:)
-      type(error_t), allocatable, intent(out) :: error
-      integer(i8), allocatable :: counts(:, :)
-      real(wp), allocatable :: factors(:, :), monitors(:, :, :)
-      integer :: i
-      allocate (records(self%steps), counts(self%steps, size(counters)), factors(1, self%steps), &
-         & monitors(1, self%steps, size(self%monitored)))
-      do i = 1, size(counters)
-         if (.not. allocated(error)) call self%history(i)%get_integers(0_i8, counts(:, i), error)
-      end do
-      if (.not. allocated(error)) call self%factors%get_reals(0_i8, factors, error)
-      do i = 1, size(self%monitored)
-         if (.not. allocated(error)) call self%monitored(i)%get_reals(0_i8, monitors(:, :, i), error)
-      end do
-      do i = 1, merge(0, size(records), allocated(error))
-         records(i) = increment_t(int(counts(i, 1)), factors(1, i), int(counts(i, 2)), int(counts(i, 3)))
-         records(i)%monitors = monitors(1, i, :) ! gfortran 12 mistakes the stride in the line above
-         records(i)%missing = gaps(monitors(:, i, :))
-      end do
-   end subroutine read_records
 
    impure elemental subroutine close_series(series)
       type(series_t), intent(inout) :: series

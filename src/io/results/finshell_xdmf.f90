@@ -67,11 +67,12 @@ contains
    end subroutine publish
 
    !> Describe step `step` (counted from 0) of the VTKHDF file.
-   subroutine append(self, step, record, point_fields, cell_fields, error)
+   subroutine append(self, step, record, point_fields, cell_fields, point_bytes, cell_bytes, error)
       class(xdmf_file_t), intent(inout) :: self
       integer, intent(in) :: step
       type(increment_t), intent(in) :: record
       type(field_t), intent(in) :: point_fields(:), cell_fields(:)
+      integer, intent(in) :: point_bytes(:), cell_bytes(:) !< of a number of each field
       type(error_t), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
       integer :: i
@@ -85,10 +86,10 @@ contains
          & //'     <DataItem Format="HDF" NumberType="Float" Precision="8" Dimensions="'//text_of(self%nodes)//' 3">' &
          & //self%source//':/VTKHDF/Points</DataItem>'//nl//'    </Geometry>'//nl
       do i = 1, size(point_fields)
-         text = text//attribute(self%source, point_fields(i), 'Node', 'PointData', self%nodes, step)
+         text = text//attribute(self%source, point_fields(i), 'Node', 'PointData', self%nodes, step, point_bytes(i))
       end do
       do i = 1, size(cell_fields)
-         text = text//attribute(self%source, cell_fields(i), 'Cell', 'CellData', self%elements, step)
+         text = text//attribute(self%source, cell_fields(i), 'Cell', 'CellData', self%elements, step, cell_bytes(i))
       end do
       call self%put(text//'   </Grid>'//nl, error)
    end subroutine append
@@ -112,10 +113,10 @@ contains
    end function xdmf_name
 
    !> One field at one step: the rows step * items ... of its dataset.
-   function attribute(source, field, center, group, items, step) result(text)
+   function attribute(source, field, center, group, items, step, bytes) result(text)
       character(len=*), intent(in) :: source, center, group
       type(field_t), intent(in) :: field
-      integer, intent(in) :: items, step
+      integer, intent(in) :: items, step, bytes
       character(len=:), allocatable :: text
       character(len=:), allocatable :: columns, one, zero, all, kind
       ! a scalar field is a list in the file: its selection has one dimension, not two
@@ -135,7 +136,7 @@ contains
          & //'     <DataItem ItemType="HyperSlab" Dimensions="'//text_of(items)//columns//'">'//nl &
          & //'      <DataItem Format="XML" NumberType="Int" Precision="8" Dimensions="3 '//trim(merge('2', '1', one /= '')) &
          & //'">'//big(int(step, i8) * items)//zero//'  1'//one//'  '//text_of(items)//columns//'</DataItem>'//nl &
-         & //'      <DataItem Format="HDF" NumberType="Float" Precision="8" Dimensions="'//all//columns//'">' &
+         & //'      <DataItem Format="HDF" NumberType="Float" Precision="'//text_of(bytes)//'" Dimensions="'//all//columns//'">' &
          & //source//':/VTKHDF/'//group//'/'//field%name//'</DataItem>'//nl &
          & //'     </DataItem>'//nl//'    </Attribute>'//nl
    end function attribute
