@@ -8,7 +8,7 @@ module finshell_step
    private
    public :: step_t, convergence_t, convergence_preset, constant_ramp
    public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
-   public :: prescribes_monitored, off_the_way, snap_ignore, snap_mark, snap_refuse
+   public :: prescribes_monitored, off_the_way, snap_ignore, snap_mark, snap_refuse, mixed_never, mixed_always, mixed_auto
 
    !> What is prescribed in an increment: the load factor; a displacement; the length of the increment; an enclosed volume.
    integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3, control_volume = 4
@@ -18,6 +18,9 @@ module finshell_step
    !> What becomes of an increment that snaps to another state, after it has been refined.
    integer, parameter :: snap_ignore = 0, snap_mark = 1, snap_refuse = 2
 
+   !> Mixed-integration-point Newton: never, always, or in iterations that ask for it (finshell_newton).
+   integer, parameter :: mixed_never = 0, mixed_always = 1, mixed_auto = 2
+
    !> When an increment counts as converged: both criteria at once (norms: `finshell_convergence`).
    type :: convergence_t
       real(wp) :: residual = 5.0e-3_wp !< out-of-balance force over reference force, and moments likewise
@@ -25,7 +28,7 @@ module finshell_step
       integer :: maximum_iterations = 25
       !> Mixed-integration-point Newton: the geometric part of the tangent uses stresses predicted by the linearisation. The
       !> solution is unchanged; thin shells take much larger increments.
-      logical :: mixed = .false.
+      integer :: mixed = mixed_auto
       real(wp) :: rotation_limit = 0.4_wp !< largest rotation (radian) of a node in one iteration; <= 0: no limit
    end type convergence_t
 

@@ -7,45 +7,38 @@
 !>
 !> The whole correction is shortened where a node would turn by more than the limit. A line search was tried and left out: it
 !> took 57 iterations instead of 18 for the cantilever with end shear in one increment, and failed for the pinched hemisphere.
+!> So were corrections with the factors of the iteration before (doc/path_following.md).
+!>
+!> Mixed iteration (finshell_problem) pays where a correction that bends a thin shell also stretches it, by the curvature of the
+!> motion: the residual is then many times the loads, and the elements' own stresses, wrong by as much, spoil the tangent.
+!> Where the residual stays below the loads the own stresses are better than predicted ones: large stretch, laws with
+!> switches. So the residual decides, iteration by iteration.
 module finshell_newton
-   use finshell_kinds, only: wp, i4
-   use finshell_status, only: status_ok, status_not_converged, status_singular_matrix, status_text
+   use finshell_kinds, only: wp
+   use finshell_status, only: status_ok, status_not_converged, status_singular_matrix
    use finshell_error, only: error_t, text_of
    use finshell_factor, only: factor_at
-   use finshell_problem, only: problem_t, stress_own, stress_predicted
-   use finshell_step, only: convergence_t, control_load, control_volume
+   use finshell_problem, only: problem_t, stress_kept, stress_own, stress_predicted
+   use finshell_step, only: convergence_t, control_load, control_volume, mixed_always, mixed_auto
    use finshell_control, only: constraint_t, factor_change, arc_product
-   use finshell_balance, only: tangent_t, tangent_of
+   use finshell_balance, only: tangent_of
+   use finshell_newton_result, only: newton_result_t, give_up
    use finshell_convergence, only: residual_ratio, correction_ratio, field_norms
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
    public :: newton_result_t, solve_increment
 
-   type :: newton_result_t
-      logical :: converged = .false.
-      integer :: iterations = 0 !< linear solves
-      real(wp) :: residual = huge(1.0_wp) !< finshell_convergence
-      real(wp) :: correction = huge(1.0_wp)
-      logical :: rounding = .false. !< rounding kept one of them above its tolerance
-      real(wp) :: stand_in = 0 !< part of the stand-in stiffness in the matrix now
-      integer :: first_pivots = -1 !< negative pivots of the first tangent
-      integer :: first_determinant = 0
-      real(wp) :: first_change = 0 !< of the load factor, in the first correction
-      real(wp) :: first_rotation = 0 !< largest of the first correction, before it was shortened
-      type(tangent_t) :: first !< tangent to the path where the iteration began
-      type(tangent_t) :: last !< where it ended; both a correction before that
-      real(wp), allocatable :: x_t(:) !< change of the unknowns per load factor, last iteration; unallocated in load control
-      integer :: regularised = 0 !< iterations with a stand-in stiffness or, in a descent, with inertia
-      integer(i4) :: code = status_ok
-      character(len=:), allocatable :: reason !< why it did not converge
-   end type newton_result_t
-
    !> A correction that leads where the element cannot be evaluated is halved this many times before giving up.
    integer, parameter :: halvings = 3
    real(wp), parameter :: fade = 0.1_wp !< of the stand-in stiffness, from iteration to iteration
    real(wp), parameter :: least_regularisation = 1.0e-6_wp
    real(wp), parameter :: falling = 0.5_wp !< from iteration to iteration: a residual that falls so fast does not diverge
+   real(wp), parameter :: wild = 1 !< residual, in loads and reactions: beyond it an iteration is mixed, where it may choose
+   !> From rest, a structure that the first correction turns by more than this (radian), and whose tangent has then been
+   !> indefinite in more iterations in a row than that, does not find back: a fine flat sheet under too large a part of its load.
+   real(wp), parameter :: too_soft = 4
+   integer, parameter :: most_lost = 4
    real(wp), parameter :: volume_rounding = 100 !< of a volume, in epsilons
    !> A correction that is more than `resting` times the one before shrinks no more. Beyond the second number, part of the
    !> increment, and the third, part of the displacements, no rounding is an excuse.
@@ -54,26 +47,37 @@ module finshell_newton
 contains
 
    !> Iterate from the (predicted) state of the problem. On success the state is the new equilibrium; on failure it is anything.
-   subroutine solve_increment(problem, constraint, settings, mean_levels, result, predicted)
+   subroutine solve_increment(problem, constraint, settings, mean_levels, result)
       class(problem_t), intent(inout) :: problem
       type(constraint_t), intent(in) :: constraint
       type(convergence_t), intent(in) :: settings
       real(wp), intent(in) :: mean_levels(2) !< mean force and moment level of the converged increments
       type(newton_result_t), intent(out) :: result
-      real(wp), intent(in), optional :: predicted(:, :) !< stresses for the first tangent, where the state was predicted
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:), stress(:, :)
       real(wp) :: change, scale, angle, earlier(2), before
-      logical :: complete, likely, guess, rounded, reached
+      logical :: complete, likely, guess, rounded, reached, mixed, choose
+      integer :: lost !< iterations in a row with an indefinite tangent, where the first was definite
 
       allocate (x(problem%n), increment(problem%n))
-      if (present(predicted)) stress = predicted
       earlier = huge(1.0_wp)
       before = huge(1.0_wp)
       guess = .true.
+      lost = 0
       rounded = .false.
       if (problem%limp .and. .not. any(abs(problem%base%displacement) > 0)) result%stand_in = 1
+      choose = settings%mixed == mixed_auto
+      mixed = settings%mixed == mixed_always
+      if (mixed) call keep_stress(problem, constraint%scaling, stress)
       call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
+      if (choose .and. .not. allocated(error)) then
+         mixed = misfit() > wild
+         call problem%increment(increment)
+         if (mixed .and. any(abs(increment) > 0)) then
+            call keep_stress(problem, constraint%scaling, stress)
+            call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
+         end if
+      end if
       if (allocated(error)) then
          call give_up(result, error%code, 'the predicted state cannot be evaluated: '//error%message)
          return
@@ -104,6 +108,11 @@ contains
                return
             end if
          end if
+         lost = merge(lost + 1, 0, problem%negative_pivots > 0 .and. result%first_pivots == 0)
+         if (lost > most_lost .and. result%first_rotation > too_soft .and. .not. any(abs(problem%base%displacement) > 0)) then
+            call give_up(result, status_not_converged, 'the first increment is too large for so soft a structure')
+            return
+         end if
          if (result%stand_in > 0) then
             complete = .false.
             result%regularised = result%regularised + 1
@@ -116,11 +125,11 @@ contains
          if (settings%rotation_limit > 0 .and. angle > settings%rotation_limit) scale = settings%rotation_limit/angle
          if (scale < 1) complete = .false.
          call problem%keep_iterate()
-         call apply(problem, settings, constraint%scaling, x, change, scale, complete, guess, stress, increment, likely, result)
+         call apply(problem, settings, mixed, constraint%scaling, x, change, scale, complete, guess, stress, increment, likely, &
+                    result)
          if (result%code /= status_ok) return
 
-         result%residual = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], &
-                                          mean_levels, problem%size, problem%detail)
+         result%residual = misfit()
          if (.not. ieee_is_finite(result%residual)) then
             call give_up(result, status_not_converged, 'the residual is not a number')
             return
@@ -149,16 +158,45 @@ contains
          end if
          earlier = [result%correction, earlier(1)]
          before = result%residual
-         if (likely .and. guess) then
-            guess = .false.
+         if (choose .and. .not. mixed .and. result%residual > wild) then
+            call problem%back_to_iterate()
+            call problem%move(scale*x, scale*change, stress_predicted, stress, constraint%scaling)
             call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
+         else if (likely .and. guess) then
+            call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
+         end if
+         if (likely) guess = .false.
+         if (choose) mixed = result%residual > wild
+         if (allocated(error)) then
          end if
          if (allocated(error)) then
             call give_up(result, error%code, error%message)
             return
          end if
       end do
+
+   contains
+
+      function misfit() result(ratio)
+         real(wp) :: ratio
+         ratio = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], mean_levels, &
+                                problem%size, problem%detail)
+      end function misfit
    end subroutine solve_increment
+
+   !> The state as it is, with the stresses that the base has.
+   subroutine keep_stress(problem, scaling, stress)
+      class(problem_t), intent(inout) :: problem
+      integer, intent(in) :: scaling !< the factor that changed
+      real(wp), intent(inout), allocatable :: stress(:, :)
+      real(wp), allocatable :: x(:)
+      real(wp) :: change
+      allocate (x(problem%n))
+      call problem%increment(x)
+      change = problem%change(scaling)
+      call problem%restore()
+      call problem%move(x, change, stress_kept, stress, scaling)
+   end subroutine keep_stress
 
    !> The residual, or the correction, is above its tolerance: because of rounding? A residual within rounding and a correction
    !> within its tolerance do; or two residuals within rounding in a row, and a correction between them that shrinks no more: it
@@ -314,9 +352,10 @@ contains
    end subroutine correction_from
 
    !> Move by the correction and evaluate there; halve the correction where the element cannot be evaluated.
-   subroutine apply(problem, settings, scaling, x, change, scale, complete, guess, stress, increment, likely, result)
+   subroutine apply(problem, settings, mixed, scaling, x, change, scale, complete, guess, stress, increment, likely, result)
       class(problem_t), intent(inout) :: problem
       type(convergence_t), intent(in) :: settings
+      logical, intent(in) :: mixed
       integer, intent(in) :: scaling !< the factor that changes
       real(wp), intent(in) :: x(:), change
       real(wp), intent(inout) :: scale
@@ -330,7 +369,7 @@ contains
       integer :: attempt
 
       do attempt = 0, halvings
-         call problem%move(scale*x, scale*change, merge(stress_predicted, stress_own, settings%mixed), stress, scaling)
+         call problem%move(scale*x, scale*change, merge(stress_predicted, stress_own, mixed), stress, scaling)
          call problem%increment(increment)
          result%correction = correction_ratio(scale*x, increment, problem%field, problem%size, problem%detail)
          likely = complete .and. result%correction <= settings%correction
@@ -362,14 +401,4 @@ contains
          allocate (watched(0))
       end if
    end function watched_or_empty
-
-   subroutine give_up(result, code, reason)
-      type(newton_result_t), intent(inout) :: result
-      integer(i4), intent(in) :: code
-      character(len=*), intent(in) :: reason
-      result%converged = .false.
-      result%code = code
-      result%reason = reason
-      if (len(reason) == 0) result%reason = status_text(code)
-   end subroutine give_up
 end module finshell_newton

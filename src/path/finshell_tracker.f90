@@ -3,11 +3,11 @@
 module finshell_tracker
    use finshell_kinds, only: wp
    use finshell_factor, only: factor_at, set_factor
-   use finshell_problem, only: problem_t, stress_kept, stress_own
+   use finshell_problem, only: problem_t
    use finshell_state, only: state_t
    use finshell_step, only: convergence_t, step_t, control_load, control_displacement, control_arc_length, control_volume, &
-      prescribes_monitored
-   use finshell_control, only: constraint_t, control_vector, arc_norm
+      prescribes_monitored, mixed_always, mixed_never
+   use finshell_control, only: constraint_t, control_vector, arc_norm, arc_product
    use finshell_newton, only: newton_result_t, solve_increment
    use finshell_descent, only: descend
    use finshell_predictor, only: history_t
@@ -53,6 +53,7 @@ module finshell_tracker
       procedure :: try
       procedure :: look_back
       procedure :: keep_increment
+      procedure :: remember
       procedure :: may_descend
    end type tracker_t
 
@@ -159,13 +160,14 @@ contains
       type(newton_result_t), intent(out) :: result
       type(constraint_t) :: constraint
       type(convergence_t) :: settings
-      real(wp), allocatable :: x(:), stress(:, :)
+      real(wp), allocatable :: x(:)
       real(wp) :: change, scale, length, angle
       logical :: known
 
       allocate (x(problem%n))
       settings = step%convergence
-      settings%mixed = settings%mixed .and. .not. attempt%plain
+      ! A flat sheet needs mixed iteration to leave the plane.
+      if (attempt%plain .and. (settings%mixed == mixed_always .or. self%history%count > 0)) settings%mixed = mixed_never
       constraint%control = attempt%control
       constraint%scaling = step%scaling
       constraint%load_weight = self%load_weight
@@ -203,7 +205,7 @@ contains
          if (step%convergence%rotation_limit > 0 .and. angle > step%convergence%rotation_limit) &
             scale = scale*step%convergence%rotation_limit/angle
          attempt%predicted = scale*x
-         call problem%move(attempt%predicted, scale*change, merge(stress_kept, stress_own, settings%mixed), stress, step%scaling)
+         call problem%move(attempt%predicted, scale*change, scaling=step%scaling)
       else if (attempt%control == control_arc_length) then
          constraint%previous = self%history%vector(:, 1)
          constraint%previous_change = self%history%factor(1)
@@ -211,7 +213,7 @@ contains
       if (attempt%descends) then
          call descend(problem, constraint%target, step%convergence, self%mean_levels, attempt%reach, result, step%scaling)
       else
-         call solve_increment(problem, constraint, settings, self%mean_levels, result, stress)
+         call solve_increment(problem, constraint, settings, self%mean_levels, result)
       end if
       if (result%converged .and. attempt%control == control_load) &
          call set_factor(problem%state, step%scaling, constraint%target) ! its last bits may differ
@@ -251,6 +253,20 @@ contains
          attempt%size = targets%next_value() - old_value
       end if
    end subroutine look_back
+
+   !> Remember the increment that has just converged, and the tangent to the path where it ended, to extrapolate.
+   subroutine remember(self, problem, x, change, moved, length)
+      class(tracker_t), intent(inout) :: self
+      class(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: x(:), change, moved, length !< increment, of the factor, of the monitored quantity, of the path
+      real(wp) :: rate
+      call self%history%remember(x, change, moved, length)
+      if (.not. self%tangent%known) return
+      rate = 0
+      if (allocated(problem%watched)) rate = dot_product(problem%watched, self%tangent%x) + problem%watched_rate
+      call self%history%point(self%tangent%x, rate, arc_norm(self%tangent%x, problem%field, 1.0_wp, self%load_weight), &
+                              arc_product(x, self%tangent%x, problem%field) + self%load_weight*change)
+   end subroutine remember
 
    !> Remember the increment that has just converged, to interpolate in it.
    subroutine keep_increment(self, problem, scaling)

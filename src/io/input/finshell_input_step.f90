@@ -5,6 +5,7 @@ module finshell_input_step
    use finshell_mesh, only: mesh_t
    use finshell_step, only: step_t, convergence_t, convergence_preset, control_load, control_displacement, control_arc_length
    use finshell_step, only: control_volume, control_linear, control_buckling, snap_ignore, snap_mark, snap_refuse
+   use finshell_step, only: mixed_always, mixed_never
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_common, only: get_set, get_component, kind_node, kind_element
    implicit none
@@ -141,6 +142,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: preset
       type(error_t), allocatable :: refusal
+      logical :: mixed
 
       call get(group, 'tolerance', preset, error, default='paper', choices='paper, tight')
       if (allocated(error)) return
@@ -153,7 +155,8 @@ contains
          call get(group, 'residual_tolerance', c%residual, error, default=c%residual, above=0.0_wp)
          call get(group, 'correction_tolerance', c%correction, error, default=c%correction, above=0.0_wp)
          call get(group, 'maximum_iterations', c%maximum_iterations, error, default=c%maximum_iterations, minimum=1)
-         call get(group, 'mixed', c%mixed, error, default=c%mixed)
+         call get(group, 'mixed', mixed, error, default=.false.)
+         if (has(group, 'mixed')) c%mixed = merge(mixed_always, mixed_never, mixed)
          call get(group, 'rotation_limit', c%rotation_limit, error, default=c%rotation_limit)
       end associate
    end subroutine read_convergence
