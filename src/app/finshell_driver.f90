@@ -12,6 +12,7 @@ module finshell_driver
    use finshell_linear_step, only: solve_linear
    use finshell_options, only: exit_incomplete, exit_input, exit_ok, options_t, print_help, read_command_line
    use finshell_path, only: path_t
+   use finshell_process, only: end_with_parent
    use finshell_reporter, only: reporter_t
    use finshell_rung, only: watch_rung, write_rung
    use finshell_speaker, only: speaker_t
@@ -76,6 +77,7 @@ contains
       call agree(options%team, error)
       if (complain(error, speaks)) return
       if (allocated(options%rung)) then
+         call end_with_parent()
          input%name = options%rung
          call watch_rung(input)
       end if

@@ -6,6 +6,9 @@
 #include <spawn.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -30,7 +33,8 @@ int finshell_process_start(const char *program, int count, const char *arguments
       posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
       posix_spawn_file_actions_addopen(&actions, 1, output, O_WRONLY | O_CREAT | O_TRUNC, 0666);
       posix_spawn_file_actions_adddup2(&actions, 1, 2);
-      if (posix_spawn(&pid, "/proc/self/exe", &actions, NULL, list, environ) != 0 && posix_spawnp(&pid, program, &actions, NULL, list, environ) != 0)
+      if (posix_spawn(&pid, "/proc/self/exe", &actions, NULL, list, environ) != 0 &&
+          posix_spawnp(&pid, program, &actions, NULL, list, environ) != 0)
          pid = -1;
       posix_spawn_file_actions_destroy(&actions);
    }
@@ -51,6 +55,14 @@ int finshell_process_ended(int pid, int *code, double *seconds)
    *code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
    *seconds = (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1e-6 * (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
    return 1;
+}
+
+/* End when the process that started this one ends, whatever ends it. */
+void finshell_process_end_with_parent(void)
+{
+#ifdef __linux__
+   prctl(PR_SET_PDEATHSIG, SIGKILL);
+#endif
 }
 
 void finshell_process_kill(int pid)

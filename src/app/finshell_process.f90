@@ -4,7 +4,7 @@ module finshell_process
    use finshell_kinds, only: dp
    implicit none
    private
-   public :: process_t, start_process, make_folder, rest
+   public :: process_t, start_process, end_with_parent, make_folder, rest
 
    type :: process_t
       integer(c_int) :: number = -1 !< -1: it could not be started
@@ -36,6 +36,11 @@ module finshell_process
          integer(c_int), value :: number
       end subroutine c_kill
 
+      !> End when the process that started this one does.
+      subroutine end_with_parent() bind(c, name='finshell_process_end_with_parent')
+      end subroutine end_with_parent
+
+      !> Wait.
       subroutine rest(milliseconds) bind(c, name='finshell_process_rest')
          import :: c_int
          integer(c_int), value :: milliseconds

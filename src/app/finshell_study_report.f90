@@ -3,7 +3,7 @@ module finshell_study_report
    use, intrinsic :: iso_fortran_env, only: output_unit
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp
-   use finshell_ladder, only: rung_done, rung_failed, rung_left, rung_t, study_t
+   use finshell_ladder, only: predicted_cost, rung_done, rung_failed, rung_left, rung_t, study_t
    use finshell_options, only: options_t
    use finshell_status, only: status_io_error
    use finshell_text_plot, only: text_plot
@@ -114,11 +114,14 @@ contains
       else
          text = 'No mesh reaches '//percent(options%accuracy)//': level '//text_of(rungs(finest)%level)//' has ' &
             //percent(study%worst(finest))//'. '
-         associate (level => ceiling(study%wanted_level - 0.05_wp))
-            text = text//'Level '//text_of(level)//' should'
-            text = text//', at about '//text_of_seconds(rungs(finest)%seconds*5.0_wp**(level - rungs(finest)%level)) &
-               //' of CPU time.'
-         end associate
+         if (study%trusted) then
+            associate (level => ceiling(study%wanted_level - 0.05_wp))
+               text = text//'Level '//text_of(level)//' should, at about ' &
+                  //text_of_seconds(max(0.0_wp, predicted_cost(rungs, level)))//' of CPU time.'
+            end associate
+         else
+            text = text//'Which one would is not known: not every monitor is in the asymptotic range.'
+         end if
       end if
    end function advice
 

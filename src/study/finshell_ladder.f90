@@ -43,8 +43,9 @@ contains
       real(wp), intent(in) :: accuracy !< relative
       integer, intent(in) :: kinds(:) !< of each monitor; those of one kind can be compared
       real(wp), parameter :: nothing = 1.0e-8_wp !< of the largest value of its kind
+      !> A displacement that happens to come to nearly nothing is measured against this part of the largest one.
+      real(wp), parameter :: part = 0.01_wp
       real(wp), allocatable :: largest(:)
-      logical, allocatable :: known(:)
       integer, allocatable :: at(:)
       integer :: i, k, m
 
@@ -53,8 +54,7 @@ contains
       study%error = -1
       study%worst = -1
       do k = 1, m
-         known = [(usable(rungs(i), k), i=1, size(rungs))]
-         at = pack([(i, i=1, size(rungs))], known)
+         at = pack([(i, i=1, size(rungs))], [(usable(rungs(i), k), i=1, size(rungs))])
          study%estimates(k) = estimate_errors([(rungs(at(i))%level, i=1, size(at))], [(rungs(at(i))%values(k), i=1, size(at))])
          largest(k) = 0
          do i = 1, size(at)
@@ -63,7 +63,10 @@ contains
          study%scale(k) = abs(study%estimates(k)%limit)
       end do
       do k = 1, m
-         if (largest(k) <= nothing*maxval(largest, mask=kinds == kinds(k))) study%scale(k) = 0
+         associate (greatest => maxval(largest, mask=kinds == kinds(k)))
+            study%scale(k) = max(study%scale(k), part*greatest)
+            if (largest(k) <= nothing*greatest) study%scale(k) = 0
+         end associate
          at = pack([(i, i=1, size(rungs))], [(usable(rungs(i), k), i=1, size(rungs))])
          do i = 1, size(at)
             if (study%estimates(k)%error(i) < 0) cycle
