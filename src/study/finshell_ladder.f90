@@ -104,20 +104,24 @@ contains
       type(rung_t), intent(in) :: rungs(:) !< from coarse to fine
       integer, intent(in) :: level
       integer, allocatable :: at(:)
-      real(wp) :: power
+      real(wp) :: power, start
       integer :: i
       seconds = -1
       at = pack([(i, i=1, size(rungs))], rungs%state == rung_done .and. rungs%level < level)
       if (size(at) == 0) return
+      ! the cheapest shows what starting takes
+      start = minval(rungs(at)%seconds)
+      if (start > shortest) start = 0
       power = usual_power
       associate (last => rungs(at(size(at))))
          if (size(at) > 1) then
             associate (before => rungs(at(size(at) - 1)))
-               if (before%seconds > shortest) power = log(last%seconds/before%seconds) &
+               if (before%seconds - start > shortest) power = log((last%seconds - start)/(before%seconds - start)) &
                   /log(real(last%elements, wp)/before%elements)
             end associate
          end if
-         seconds = last%seconds*4.0_wp**((level - last%level)*min(most_power, max(least_power, power)))
+         seconds = start + max(last%seconds - start, 0.2_wp*last%seconds) &
+            *4.0_wp**((level - last%level)*min(most_power, max(least_power, power)))
       end associate
    end function predicted_cost
 end module finshell_ladder
