@@ -13,6 +13,7 @@ module finshell_study
    use finshell_options, only: exit_incomplete, exit_input, exit_ok, options_t
    use finshell_process, only: make_folder, process_t, rest, start_process
    use finshell_rung, only: read_rung, watch_rung, watches_load
+   use finshell_step, only: control_buckling
    use finshell_study_report, only: label_t, print_study, text_of_seconds, write_study
    use finshell_team, only: leads
 !$ use omp_lib, only: omp_get_max_threads
@@ -174,12 +175,13 @@ contains
       logical function is_enough()
          type(rung_t), allocatable :: chosen(:)
          type(study_t) :: so_far
-         integer :: k
+         type(label_t), allocatable :: labels(:)
          chosen = rungs
+         labels = labels_of(input, shown_columns(rungs, input, automatic))
          call select_columns(chosen, shown_columns(rungs, input, automatic))
          is_enough = .false.
          if (count(rungs%state == rung_done) < 3) return
-         call new_study(so_far, chosen, options%accuracy, [(1, k=1, count(shown_columns(rungs, input, automatic)))])
+         call new_study(so_far, chosen, options%accuracy, labels%kind)
          is_enough = so_far%trusted .and. so_far%advised > 0
       end function is_enough
 
@@ -282,8 +284,8 @@ contains
       flush (output_unit)
    end subroutine announce
 
-   !> Which columns count: the monitors, or of those that were added the largest in the finest mesh, and the load factor where it is
-   !> an answer.
+   !> Which columns count: the monitors, or of those that were added the largest in the finest mesh (none of a buckling mode, which
+   !> has no size), and the load factor where it is an answer.
    function shown_columns(rungs, input, automatic) result(shown)
       type(rung_t), intent(in) :: rungs(:)
       type(input_t), intent(in) :: input
@@ -294,6 +296,7 @@ contains
       shown(size(shown)) = watches_load(input%steps(size(input%steps)))
       if (.not. automatic) return
       shown(:size(input%monitors)) = .false.
+      if (input%steps(size(input%steps))%control == control_buckling) return
       finest = findloc(rungs%state == rung_done, .true., dim=1, back=.true.)
       if (finest == 0) then
          shown(1) = .true.

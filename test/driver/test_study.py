@@ -90,6 +90,22 @@ class Study(unittest.TestCase):
         self.assertIn("Monitor load_factor: limit", out)
         self.assertIn("Monitor w: the same on every mesh", out)
 
+    def test_buckling(self):
+        """The critical load of a square plate, hinged all around: 4 pi**2 D/b."""
+        text = """&mesh generator = 'rectangle' lengths = 1.0, 1.0 divisions = 4, 4 /
+&material name = 'm' law = 'st_venant_kirchhoff' e = 1e9 nu = 0.3 /
+&section thickness = 0.01 /
+&support node_set = 'edge_x0' fixed = 'ux', 'uz' /
+&support node_set = 'edge_x1', 'edge_y0', 'edge_y1' fixed = 'uz' /
+&support node_set = 'corner_x0_y0' fixed = 'uy' /
+&load type = 'line' edge_set = 'edge_x1' vector = -1000.0, 0.0, 0.0 /
+&step control = 'buckling' modes = 2 /
+"""
+        self.run_text(text, "-q")
+        rows = self.rows()
+        self.assertEqual({row["monitor"] for row in rows}, {"load_factor"})
+        self.assertAlmostEqual(float(rows[0]["limit"]), 4 * 3.14159265359**2 * 1e3 / (12 * 0.91) / 1000, delta=0.002)
+
     def test_file(self):
         """The roof as a coarse irregular mesh of a file comes to the limit of the generator's."""
         shutil.copy(DATA / "roof.msh", self.folder)
