@@ -98,6 +98,7 @@ contains
       real(wp) :: ratio, low, high
       integer :: i
       order = 0
+      if (.not. abs(values(3) - values(2)) > 0) return
       ratio = (values(2) - values(1))/(values(3) - values(2))
       if (.not. ratio > quotient(0.01_wp)) return
       low = 0.01_wp
