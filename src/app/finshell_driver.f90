@@ -11,11 +11,15 @@ module finshell_driver
    use finshell_input, only: input_t, read_input
    use finshell_linear_step, only: solve_linear
    use finshell_monitoring, only: slack_share
+   use finshell_options, only: exit_incomplete, exit_input, exit_ok, options_t, print_help, read_command_line
    use finshell_path, only: path_t
+   use finshell_process, only: end_with_parent
    use finshell_reporter, only: reporter_t
+   use finshell_rung, only: watch_rung, write_rung
    use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
    use finshell_step, only: control_linear, control_buckling
+   use finshell_study, only: study
    use finshell_team, only: agree, leads, shared, team_t
    use finshell_thread_choice, only: choose_threads
    use finshell_trial, only: check_steps, place_load_error, warning_of, mesh_warning
@@ -23,16 +27,6 @@ module finshell_driver
    implicit none
    private
    public :: main
-
-   integer, parameter :: exit_ok = 0, exit_incomplete = 1, exit_input = 2
-
-   type :: options_t
-      character(len=:), allocatable :: command, input
-      character(len=:), allocatable :: folder !< prefix of all output files
-      logical :: quiet = .false.
-      logical :: factor = .false. !< with check: order the equations
-      class(team_t), pointer :: team => null() !< processes that share the work; the first one speaks
-   end type options_t
 
 contains
 
@@ -53,6 +47,7 @@ contains
       select case (options%command)
       case ('run'); call run(options, .true., code)
       case ('check'); call run(options, .false., code)
+      case ('study'); call study(options, code)
       case ('version')
          if (leads(options%team)) write (output_unit, '(a)') 'finshell '//version
          code = exit_ok
@@ -61,86 +56,6 @@ contains
          code = exit_ok
       end select
    end subroutine main
-
-   subroutine read_command_line(options, complaint)
-      type(options_t), intent(out) :: options
-      character(len=:), allocatable, intent(out) :: complaint
-      character(len=:), allocatable :: word
-      integer :: i
-
-      options%command = ''
-      options%folder = ''
-      i = 0
-      do while (i < command_argument_count())
-         i = i + 1
-         word = argument(i)
-         select case (word)
-         case ('--help', '-h', 'help')
-            options%command = 'help'
-            return
-         case ('--version', '-V', 'version')
-            options%command = 'version'
-            return
-         case ('--quiet', '-q')
-            options%quiet = .true.
-         case ('--factor')
-            options%factor = .true.
-         case ('--output-folder', '-o')
-            i = i + 1
-            options%folder = argument(i)
-            if (options%folder == '') complaint = word//' needs the name of a folder'
-            if (allocated(complaint)) return
-            options%folder = options%folder//'/'
-         case default
-            if (options%command == '') then
-               options%command = word
-               if (word /= 'run' .and. word /= 'check') complaint = "unknown command '"//word//"'; expected run or check"
-            else if (index(word, '-') == 1) then
-               complaint = "unknown option '"//word//"'"
-            else if (.not. allocated(options%input)) then
-               options%input = word
-            else
-               complaint = "one input file is expected, found '"//options%input//"' and '"//word//"'"
-            end if
-         end select
-         if (allocated(complaint)) return
-      end do
-      if (options%command == '') then
-         complaint = 'a command is expected: run or check'
-      else if (.not. allocated(options%input)) then
-         complaint = 'the command '//options%command//' needs an input file'
-      else if (options%factor .and. options%command /= 'check') then
-         complaint = 'the option --factor belongs to the command check'
-      end if
-   end subroutine read_command_line
-
-   function argument(i) result(text)
-      integer, intent(in) :: i
-      character(len=:), allocatable :: text
-      integer :: length
-      call get_command_argument(i, length=length)
-      allocate (character(len=length) :: text)
-      call get_command_argument(i, text)
-   end function argument
-
-   subroutine print_help()
-      write (output_unit, '(a)') &
-         'finshell '//version//': finite-strain corotational triangular shell', &
-         '', &
-         '  finshell run INPUT.nml      solve; writes NAME.history.csv, NAME.vtkhdf and NAME.xdmf', &
-         '  finshell check INPUT.nml    read the input, build the model, report its size, solve nothing', &
-         '  finshell --version', &
-         '  finshell --help', &
-         '', &
-         'Options', &
-         '  -o, --output-folder DIR     write results there (default: the current folder)', &
-         '  -q, --quiet                 no progress lines', &
-         '      --factor                with check: order the equations too, and say how large the factor of the matrix is', &
-         '', &
-         'OMP_NUM_THREADS, or threads in the group &job, sets the number of threads.', &
-         'Exit code: 0 done, 1 stopped before the end (results so far are kept), 2 wrong input.', &
-         'The input is described in doc/namelist.md.'
-   end subroutine print_help
 
    !> Check the input and, with `solve`, follow the path through all steps.
    subroutine run(options, solve, code)
@@ -161,9 +76,14 @@ contains
       speaks = leads(options%team)
       call to_openmp()
       call write_failures_return()
-      call read_input(options%input, input, error)
+      call read_input(options%input, input, error, options%refine)
       call agree(options%team, error)
       if (complain(error, speaks)) return
+      if (allocated(options%rung)) then
+         call end_with_parent()
+         input%name = options%rung
+         call watch_rung(input)
+      end if
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call choose_solver(input, shared(options%team), problem%solver%options, error)
       if (complain(error, speaks)) return
@@ -200,6 +120,7 @@ contains
       if (complain(error, speaks)) return
       call speaker%take(reporter, options%team)
       do i = 1, size(input%steps)
+         call reporter%begin_step()
          select case (input%steps(i)%control)
          case (control_linear)
             call solve_linear(problem, input%steps(i), speaker, error)
@@ -212,6 +133,9 @@ contains
       end do
       if (speaks) call reporter%finish(problem%state, late)
       if (.not. allocated(error) .and. allocated(late)) call move_alloc(late, error)
+      if (allocated(options%rung) .and. allocated(reporter%final)) call write_rung(options%folder//options%rung//'.rung', &
+         size(input%structure%mesh%coordinates, 2), size(input%structure%mesh%triangles, 2), problem%n, path%iterations, &
+         reporter%final, error)
       if (speaks) call print_summary(options, input, problem, path, reporter, allocated(error))
       code = exit_ok
       if (complain(error, speaks)) code = exit_incomplete

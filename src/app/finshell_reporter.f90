@@ -56,10 +56,14 @@ module finshell_reporter
       integer, allocatable :: watched_elements(:) !< those that have to be recovered for the monitors
       integer, allocatable :: watched_entries(:), cell_entries(:) !< element fields of the monitors, of the result file
       type(gap_t), allocatable :: gaps(:) !< monitors and fields with missing values
+      !> Monitors and load factor of the last increment, of the first mode of a buckling step; NaN where they are missing.
+      real(wp), allocatable :: final(:)
+      logical :: fresh = .true. !< a step begins
    contains
       procedure :: open => open_reports
       procedure :: increment
       procedure :: finish
+      procedure :: begin_step
       procedure, private :: create_files
       procedure, private :: evaluate
       procedure, private :: write_fields
@@ -160,6 +164,11 @@ contains
       end if
    end subroutine check_replaceable
 
+   subroutine begin_step(self)
+      class(reporter_t), intent(inout) :: self
+      self%fresh = .true.
+   end subroutine begin_step
+
    !> See finshell_observer.
    subroutine increment(self, state, record, error, change)
       class(reporter_t), intent(inout) :: self
@@ -184,6 +193,9 @@ contains
       do i = 1, size(self%watches)
          call self%count_gaps(self%monitors(i)%name, row%missing(i:i))
       end do
+      if (self%fresh .or. record%control /= control_buckling) &
+         self%final = [(monitor_value(row, i), i=1, size(row%monitors)), record%load_factor]
+      self%fresh = .false.
       if ((record%stands_in .neqv. self%stands_in) .and. .not. self%quiet) write (output_unit, '(5x,a)') trim(merge( &
          'arc-length stands in from here: what the step prescribes turns round  ', &
          'the control of the step takes over again                              ', record%stands_in))

@@ -5,6 +5,7 @@
 module finshell_mesh
    use finshell_kinds, only: wp, i8
    use finshell_error, only: text_of
+   use finshell_lineage, only: lineage_t
    use finshell_mesh_sorting, only: sorted_unique
    use finshell_rotation, only: cross_product
    implicit none
@@ -40,6 +41,10 @@ module finshell_mesh
       integer(i8), allocatable :: node_tags(:), element_tags(:)
       !> Names of sets that the file announces but leaves empty, each in ".
       character(len=:), allocatable :: empty_sets
+      !> Of a mesh that was refined triangle by triangle.
+      type(lineage_t), allocatable :: lineage
+      !> Of any refined mesh: its node sets before. Forces at each of their nodes keep their sum.
+      type(set_t), allocatable :: former_node_sets(:)
    end type mesh_t
 
 contains

@@ -11,10 +11,10 @@ module finshell_input
    use finshell_namelist, only: get, check_all_used, complain_about
    use finshell_input_common, only: check_name
    use finshell_input_normals, only: normals_choice_t, apply_normals
-   use finshell_input_mesh, only: read_mesh, read_node_set, read_element_set
+   use finshell_input_refinement, only: read_any_mesh
    use finshell_input_section, only: named_material_t, read_material, read_section, check_sections
    use finshell_input_solver, only: solver_choice_t, read_solver
-   use finshell_input_support, only: read_support, check_supports
+   use finshell_input_support, only: read_supports, check_supports
    use finshell_factor, only: by_constant_factor
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
@@ -45,16 +45,17 @@ module finshell_input
 contains
 
    !> Read an input file. File names in it are relative to its folder.
-   subroutine read_input(file_name, input, error)
+   subroutine read_input(file_name, input, error, levels)
       character(len=*), intent(in) :: file_name
       type(input_t), intent(out) :: input
       type(error_t), allocatable, intent(out) :: error
+      integer, intent(in), optional :: levels !< of refinement beyond what &mesh says
       type(namelist_t) :: namelist
       character(len=:), allocatable :: text
 
       call read_namelist(file_name, namelist, error, text)
       if (allocated(error)) return
-      call translate(namelist, text, file_name, input, error)
+      call translate(namelist, text, file_name, input, error, levels)
    end subroutine read_input
 
    !> The same from a text; file_name is used in messages and to find other files.
@@ -71,11 +72,12 @@ contains
    end subroutine parse_input
 
    !> The order of the groups in the file does not matter, but that of groups of the same name.
-   subroutine translate(namelist, text, file_name, input, error)
+   subroutine translate(namelist, text, file_name, input, error, levels)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: text, file_name
       type(input_t), intent(inout) :: input
       type(error_t), allocatable, intent(inout) :: error
+      integer, intent(in), optional :: levels
       type(normals_choice_t) :: normals
 
       input%file = file_name
@@ -83,7 +85,8 @@ contains
       call check_groups(namelist, group_names, error)
       call check_counts(namelist, error)
       if (.not. allocated(error)) call translate_job(namelist, input, error)
-      if (.not. allocated(error)) call translate_mesh(namelist, input, normals, error)
+      if (.not. allocated(error)) call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, normals, error, &
+         levels)
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
       if (.not. allocated(error)) call translate_supports(namelist, input, normals, error)
       if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
@@ -139,27 +142,6 @@ contains
       end do
    end subroutine translate_job
 
-   subroutine translate_mesh(namelist, input, normals, error)
-      type(namelist_t), intent(inout) :: namelist
-      type(input_t), intent(inout) :: input
-      type(normals_choice_t), intent(out) :: normals
-      type(error_t), allocatable, intent(inout) :: error
-      integer :: i
-
-      do i = 1, size(namelist%groups)
-         if (namelist%groups(i)%name == 'mesh') &
-            call read_mesh(namelist%groups(i), folder_of(input%file), input%structure%mesh, normals, error)
-      end do
-      if (allocated(error)) return
-      do i = 1, size(namelist%groups)
-         select case (namelist%groups(i)%name)
-         case ('node_set'); call read_node_set(namelist%groups(i), input%structure%mesh, error)
-         case ('element_set'); call read_element_set(namelist%groups(i), input%structure%mesh, error)
-         end select
-         if (allocated(error)) return
-      end do
-   end subroutine translate_mesh
-
    subroutine translate_sections(namelist, input, error)
       type(namelist_t), intent(inout) :: namelist
       type(input_t), intent(inout) :: input
@@ -206,16 +188,8 @@ contains
       integer, allocatable :: last(:), where_they_are(:)
       integer :: i
 
-      allocate (where_they_are(0))
-      do i = 1, size(namelist%groups)
-         if (namelist%groups(i)%name == 'support') where_they_are = [where_they_are, i]
-      end do
-      allocate (supports(0), last(size(where_they_are)))
-      do i = 1, size(where_they_are)
-         call read_support(namelist%groups(where_they_are(i)), input%structure%mesh, supports, error)
-         if (allocated(error)) return
-         last(i) = size(supports)
-      end do
+      call read_supports(namelist, input%structure%mesh, supports, last, where_they_are, error)
+      if (allocated(error)) return
       call move_alloc(supports, input%structure%supports)
       call check_supports(namelist%groups(where_they_are), last, input%structure%mesh, input%structure%supports, input%file, error)
       do i = 1, size(namelist%groups)

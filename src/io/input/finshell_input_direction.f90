@@ -3,6 +3,7 @@ module finshell_input_direction
    use finshell_kinds, only: wp
    use finshell_rotation, only: cross_product
    use finshell_error, only: error_t, text_of
+   use finshell_lineage, only: parent_element
    use finshell_structure, only: structure_t
    use finshell_namelist, only: group_t, get, has, complain_about
    use finshell_input_common, only: get_vector, read_vector_file
@@ -42,8 +43,14 @@ contains
          field = 'file'
          key = 'direction_file'
          if (index(file, '/') /= 1) file = folder//file
-         call read_vector_file(group, 'direction_file', file, 'element', size(structure%element_section), given, error)
-         if (allocated(error)) return
+         if (allocated(structure%mesh%lineage)) then
+            call read_vector_file(group, 'direction_file', file, 'element', size(structure%mesh%lineage%triangles, 2), given, error)
+            if (allocated(error)) return
+            given = given(:, [(parent_element(structure%mesh%lineage, e), e=1, size(structure%element_section))])
+         else
+            call read_vector_file(group, 'direction_file', file, 'element', size(structure%element_section), given, error)
+            if (allocated(error)) return
+         end if
       else if (has(group, 'direction_axis') .or. field /= '') then
          if (field == '') field = 'circumferential'
          key = 'direction_field'

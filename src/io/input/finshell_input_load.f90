@@ -5,7 +5,7 @@ module finshell_input_load
    use finshell_kinds, only: wp
    use finshell_load, only: load_t, load_nodal
    use finshell_load, only: pressure_automatic, pressure_symmetric, pressure_unsymmetric
-   use finshell_mesh, only: find_element_set
+   use finshell_mesh, only: find_element_set, find_node_set, mesh_t
    use finshell_structure, only: structure_t
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_common, only: get_set, get_vector, kind_node, kind_edge, kind_element
@@ -57,6 +57,10 @@ contains
       end select
       call check_all_used(group, error)
       if (allocated(error)) return
+      if ((load%kind == load_nodal .and. .not. load%total) .or. load%at_nodes) then
+         load%vector = share(structure%mesh, load%set)*load%vector
+         load%moment = share(structure%mesh, load%set)*load%moment
+      end if
       allocate (grown(size(structure%loads) + 1))
       do i = 1, size(structure%loads)
          grown(i) = structure%loads(i)
@@ -64,6 +68,19 @@ contains
       grown(size(grown)) = load
       call move_alloc(grown, structure%loads)
    end subroutine read_load
+
+   !> What a node of a set bears of what one bore before refinement: the sum stays.
+   pure real(wp) function share(mesh, name)
+      type(mesh_t), intent(in) :: mesh
+      character(len=*), intent(in) :: name
+      integer :: i
+      share = 1
+      if (.not. allocated(mesh%former_node_sets)) return
+      do i = 1, size(mesh%former_node_sets)
+         if (mesh%former_node_sets(i)%name == name) share = real(size(mesh%former_node_sets(i)%members), wp) &
+            /size(mesh%node_sets(find_node_set(mesh, name))%members)
+      end do
+   end function share
 
    !> What loads on an element set need beside it.
    subroutine read_on_elements(group, structure, load, error)

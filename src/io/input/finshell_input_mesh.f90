@@ -1,8 +1,8 @@
-!> The groups &mesh, &node_set and &element_set of an input file.
+!> The group &mesh of an input file.
 module finshell_input_mesh
-   use finshell_kinds, only: wp, dp
+   use finshell_kinds, only: wp
    use finshell_error, only: error_t, text_of
-   use finshell_mesh, only: mesh_t, add_node_set, add_element_set, find_node_set, find_element_set, mesh_size
+   use finshell_mesh, only: mesh_t
    use finshell_mesh_check, only: check_mesh
    use finshell_mesh_grid, only: diagonal_names
    use finshell_mesh_disk, only: disk_mesh
@@ -17,21 +17,22 @@ module finshell_input_mesh
    use finshell_memory, only: lack_of_memory
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_normals, only: normals_choice_t, read_normals
-   use finshell_input_common, only: get_sets, get_vector, place_error, kind_node, kind_element
+   use finshell_input_common, only: place_error
    implicit none
    private
-   public :: read_mesh, read_node_set, read_element_set
+   public :: read_mesh
 
    character(len=*), parameter :: generators = 'disk, rectangle, quadrilateral, paraboloid, cylinder, cone, sphere, annulus, strip'
 
 contains
 
    !> &mesh: a generator with its parameters, or a file. The mesh is checked.
-   subroutine read_mesh(group, folder, mesh, normals, error)
+   subroutine read_mesh(group, folder, mesh, normals, levels, error)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: folder !< where relative file names begin: '' or with / at the end
       type(mesh_t), intent(out) :: mesh
       type(normals_choice_t), intent(out) :: normals !< for apply_normals
+      integer, intent(in) :: levels !< generators: divisions are multiplied by 2**levels, which may be a fraction
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: generator, file
       real(wp) :: scale
@@ -50,7 +51,7 @@ contains
          call read_file(group, folder, file, mesh, error)
       else
          call get(group, 'generator', generator, error, choices=generators)
-         if (.not. allocated(error)) call generate(group, generator, mesh, error)
+         if (.not. allocated(error)) call generate(group, generator, levels, mesh, error)
       end if
       if (allocated(error)) return
       mesh%coordinates = scale*mesh%coordinates
@@ -93,9 +94,10 @@ contains
       if (reason /= '') call complain_about(group, '', reason, error)
    end subroutine check_memory
 
-   subroutine generate(group, generator, mesh, error)
+   subroutine generate(group, generator, levels, mesh, error)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: generator
+      integer, intent(in) :: levels
       type(mesh_t), intent(out) :: mesh
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: diagonal
@@ -133,6 +135,8 @@ contains
          call get(group, 'grading', grading, error, default=1.0_wp, above=0.0_wp)
          call get(group, 'diagonal', diagonal, error, default='alternating', choices='forward, backward, alternating')
          call check_all_used(group, error)
+         call scale_cells('rings', rings)
+         call scale_cells('core', core)
          if (allocated(error)) return
          call check_memory(group, sectors*real(core, wp)*(rings - 0.5_wp*core)/merge(2, merge(4, merge(8, 1, portion == 'eighth'), &
             portion == 'quarter'), portion == 'half'), error)
@@ -228,140 +232,30 @@ contains
       end subroutine generate_strip
 
       subroutine check_cells(divisions)
-         integer, allocatable, intent(in) :: divisions(:)
+         integer, allocatable, intent(inout) :: divisions(:)
+         if (allocated(error)) return
+         call scale_cells('divisions', divisions(1))
+         call scale_cells('divisions', divisions(2))
          if (allocated(error)) return
          call check_memory(group, (1.0_wp + divisions(1))*(1.0_wp + divisions(2))*merge(2, 1, diagonal == 'cross'), error)
       end subroutine check_cells
+
+      !> A number of cells of the refined, or of the coarser, mesh.
+      subroutine scale_cells(key, cells)
+         character(len=*), intent(in) :: key
+         integer, intent(inout) :: cells
+         if (allocated(error)) return
+         if (levels < 0 .and. mod(cells, 2**max(0, -levels)) /= 0) then
+            call complain_about(group, key, 'a mesh coarser by '//text_of(-levels)//' levels needs multiples of ' &
+               //text_of(2**(-levels))//', found '//text_of(cells), error)
+         else if (real(cells, wp)*2.0_wp**levels > 1.0e8_wp) then
+            call complain_about(group, key, text_of(cells)//' cells refined '//text_of(levels)//' times are too many', error)
+         else
+            cells = nint(cells*2.0_wp**levels)
+         end if
+      end subroutine scale_cells
    end subroutine generate
 
-   !> &node_set: nodes by place, by number, of other sets or of element sets, joined.
-   subroutine read_node_set(group, mesh, error)
-      type(group_t), intent(inout) :: group
-      type(mesh_t), intent(inout) :: mesh
-      type(error_t), allocatable, intent(inout) :: error
-      character(len=:), allocatable :: name, sets(:)
-      integer, allocatable :: numbers(:)
-      logical, allocatable :: chosen(:)
-      real(wp) :: tolerance, point(3)
-      integer :: i, e, nearest
-      logical :: by_place
-
-      if (allocated(error)) return
-      allocate (chosen(size(mesh%coordinates, 2)), source=.false.)
-      call get(group, 'name', name, error)
-      call get(group, 'tolerance', tolerance, error, default=1.0e-6_wp*mesh_size(mesh), minimum=0.0_wp)
-      call choose_by_place(group, mesh%coordinates, tolerance, chosen, by_place, error)
-      call get_vector(group, 'point', point, error, default=[0.0_wp, 0.0_wp, 0.0_wp])
-      if (has(group, 'point') .and. .not. allocated(error)) then
-         nearest = minloc(norm2(mesh%coordinates - spread(point, 2, size(chosen)), dim=1), dim=1)
-         associate (x => mesh%coordinates(:, nearest))
-            if (norm2(x - point) > tolerance) then
-               call complain_about(group, 'point', 'no node lies within '//text_of(real(tolerance, dp)) &
-                  //' (tolerance); the nearest is node '//text_of(nearest)//' at '//text_of(real(x(1), dp))//', ' &
-                  //text_of(real(x(2), dp))//', '//text_of(real(x(3), dp)), error)
-            end if
-         end associate
-         chosen(nearest) = .true.
-      end if
-      call get(group, 'nodes', numbers, error, minimum=1, maximum=size(chosen))
-      if (.not. allocated(error)) chosen(numbers) = .true.
-      call get_sets(group, kind_node, mesh, sets, error, required=.false.)
-      do i = 1, size(sets)
-         if (.not. allocated(error)) chosen(mesh%node_sets(find_node_set(mesh, trim(sets(i))))%members) = .true.
-      end do
-      call get_sets(group, kind_element, mesh, sets, error, required=.false.)
-      do i = 1, size(sets)
-         if (allocated(error)) return
-         associate (elements => mesh%element_sets(find_element_set(mesh, trim(sets(i))))%members)
-            do e = 1, size(elements)
-               chosen(mesh%triangles(:, elements(e))) = .true.
-            end do
-         end associate
-      end do
-      call check_new_set(group, name, find_node_set(mesh, name), chosen, error)
-      if (allocated(error)) return
-      call add_node_set(mesh, name, pack([(i, i=1, size(chosen))], chosen))
-   end subroutine read_node_set
-
-   !> &element_set: elements by the place of their centroid, by number or of other sets, joined.
-   subroutine read_element_set(group, mesh, error)
-      type(group_t), intent(inout) :: group
-      type(mesh_t), intent(inout) :: mesh
-      type(error_t), allocatable, intent(inout) :: error
-      character(len=:), allocatable :: name, sets(:)
-      integer, allocatable :: numbers(:)
-      logical, allocatable :: chosen(:)
-      real(wp), allocatable :: centroids(:, :)
-      real(wp) :: tolerance
-      integer :: i
-      logical :: by_place
-
-      if (allocated(error)) return
-      allocate (chosen(size(mesh%triangles, 2)), source=.false.)
-      allocate (centroids(3, size(chosen)))
-      do i = 1, size(chosen)
-         centroids(:, i) = sum(mesh%coordinates(:, mesh%triangles(:, i)), dim=2)/3
-      end do
-      call get(group, 'name', name, error)
-      call get(group, 'tolerance', tolerance, error, default=1.0e-6_wp*mesh_size(mesh), minimum=0.0_wp)
-      call choose_by_place(group, centroids, tolerance, chosen, by_place, error)
-      call get(group, 'elements', numbers, error, minimum=1, maximum=size(chosen))
-      if (.not. allocated(error)) chosen(numbers) = .true.
-      call get_sets(group, kind_element, mesh, sets, error, required=.false.)
-      do i = 1, size(sets)
-         if (.not. allocated(error)) chosen(mesh%element_sets(find_element_set(mesh, trim(sets(i))))%members) = .true.
-      end do
-      call check_new_set(group, name, find_element_set(mesh, name), chosen, error)
-      if (allocated(error)) return
-      call add_element_set(mesh, name, pack([(i, i=1, size(chosen))], chosen))
-   end subroutine read_element_set
-
-   !> Keys x, y, z: one value (a plane) or two (a range); all that are given must hold.
-   subroutine choose_by_place(group, positions, tolerance, chosen, by_place, error)
-      type(group_t), intent(inout) :: group
-      real(wp), intent(in) :: positions(:, :)
-      real(wp), intent(in) :: tolerance
-      logical, intent(inout) :: chosen(:)
-      logical, intent(out) :: by_place !< one of the keys is given
-      type(error_t), allocatable, intent(inout) :: error
-      character, parameter :: axes(3) = ['x', 'y', 'z']
-      real(wp), allocatable :: range(:)
-      logical :: inside(size(chosen))
-      integer :: k
-
-      inside = .true.
-      by_place = .false.
-      do k = 1, 3
-         call get(group, axes(k), range, error)
-         if (allocated(error)) return
-         if (size(range) == 0) cycle
-         by_place = .true.
-         if (size(range) > 2) then
-            call complain_about(group, axes(k), 'one value or a range of two is expected', error)
-            return
-         end if
-         inside = inside .and. positions(k, :) >= range(1) - tolerance .and. positions(k, :) <= range(size(range)) + tolerance
-      end do
-      if (by_place) chosen = chosen .or. inside
-   end subroutine choose_by_place
-
-   subroutine check_new_set(group, name, existing, chosen, error)
-      type(group_t), intent(in) :: group
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: existing !< position of a set of that name, or 0
-      logical, intent(in) :: chosen(:)
-      type(error_t), allocatable, intent(inout) :: error
-
-      call check_all_used(group, error)
-      if (allocated(error)) return
-      if (name == '') then
-         call complain_about(group, 'name', 'the name is empty', error)
-      else if (existing > 0) then
-         call complain_about(group, 'name', "there is already a set named '"//name//"'", error)
-      else if (.not. any(chosen)) then
-         call complain_about(group, '', "the set '"//name//"' is empty", error)
-      end if
-   end subroutine check_new_set
    !> Alternating, without a preferred direction; on curved surfaces one way, which is more accurate there (doc/benchmarks.md).
    pure function usual_diagonal(generator) result(name)
       character(len=*), intent(in) :: generator

@@ -10,7 +10,7 @@ module finshell_input_normals
    use finshell_input_common, only: read_vector_file
    implicit none
    private
-   public :: normals_choice_t, read_normals, apply_normals
+   public :: normals_choice_t, read_normals, apply_normals, crease_edges
 
    character(len=*), parameter :: kinds = 'auto, exact, fitted, facet'
    !> Beyond this angle to the facet (its cosine) an element is not shallow: of itself it stays flat.
@@ -51,24 +51,15 @@ contains
       type(symmetry_planes_t) :: planes
       character(len=:), allocatable :: file
       integer, allocatable :: crease(:, :)
-      integer :: at, i
 
-      allocate (crease(2, 0))
-      do i = 1, size(choice%crease_sets)
-         at = find_edge_set(structure%mesh, trim(choice%crease_sets(i)))
-         if (at == 0) then
-            call complain_about(group, 'crease', "the mesh has no edge set '"//trim(choice%crease_sets(i))//"'; it has: " &
-               //edge_set_names(structure%mesh), error)
-            return
-         end if
-         crease = reshape([crease, structure%mesh%edge_sets(at)%edges], &
-                          [2, size(crease, 2) + size(structure%mesh%edge_sets(at)%edges, 2)])
-      end do
+      call crease_edges(group, choice, structure%mesh, crease, error)
+      if (allocated(error)) return
       if (choice%file /= '') then
          file = choice%file
          if (index(file, '/') /= 1) file = folder//file
-         call read_vector_file(group, 'normal_file', file, 'node', size(structure%mesh%coordinates, 2), structure%mesh%normal, &
-                               error)
+         ! a refined mesh has them from the mesh before
+         if (.not. allocated(structure%mesh%lineage)) call read_vector_file(group, 'normal_file', file, 'node', &
+            size(structure%mesh%coordinates, 2), structure%mesh%normal, error)
          if (.not. allocated(error)) call exact_normals(structure%mesh, structure%normal)
          if (.not. allocated(error)) call check_normals(group, 'normal_file', structure, error)
          return
@@ -99,6 +90,28 @@ contains
          call fitted_normals(structure%mesh, choice%crease_angle, structure%normal, crease, planes)
       end subroutine fit
    end subroutine apply_normals
+
+   !> The edges across which normals differ because their sets are named.
+   subroutine crease_edges(group, choice, mesh, crease, error)
+      type(group_t), intent(in) :: group !< &mesh
+      type(normals_choice_t), intent(in) :: choice
+      type(mesh_t), intent(in) :: mesh
+      integer, allocatable, intent(out) :: crease(:, :) !< (2, :) pairs of nodes
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: at, i
+
+      allocate (crease(2, 0))
+      do i = 1, size(choice%crease_sets)
+         at = find_edge_set(mesh, trim(choice%crease_sets(i)))
+         if (at == 0) then
+            call complain_about(group, 'crease', "the mesh has no edge set '"//trim(choice%crease_sets(i))//"'; it has: " &
+               //edge_set_names(mesh), error)
+            return
+         end if
+         crease = reshape([crease, mesh%edge_sets(at)%edges], &
+                          [2, size(crease, 2) + size(mesh%edge_sets(at)%edges, 2)])
+      end do
+   end subroutine crease_edges
 
    !> Error: a normal that no shallow element can have.
    subroutine check_normals(group, key, structure, error)

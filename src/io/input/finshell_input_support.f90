@@ -8,11 +8,11 @@ module finshell_input_support
    use finshell_rotation, only: cross_product
    use finshell_support, only: support_t, support_components, support_clamp, support_hinge, support_symmetry
    use finshell_support, only: axes_given, axes_cylindrical
-   use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
+   use finshell_namelist, only: group_t, namelist_t, get, get_strings, has, check_all_used, complain_about
    use finshell_input_common, only: get_sets, get_vector, place_error, kind_node
    implicit none
    private
-   public :: read_support, check_supports
+   public :: read_supports, check_supports
 
    character(len=*), parameter :: kinds = &
       'clamped, hinged, pinned, symmetry_x, symmetry_y, symmetry_z, symmetry, components'
@@ -20,6 +20,25 @@ module finshell_input_support
    character(len=*), parameter :: component_names = 'ux, uy, uz, rx, ry, rz'
 
 contains
+
+   !> All groups &support.
+   subroutine read_supports(namelist, mesh, supports, last, groups, error)
+      type(namelist_t), intent(inout) :: namelist
+      type(mesh_t), intent(in) :: mesh
+      type(support_t), allocatable, intent(out) :: supports(:)
+      integer, allocatable, intent(out) :: last(:) !< of the supports of each group
+      integer, allocatable, intent(out) :: groups(:) !< where they are in the namelist
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+
+      groups = pack([(i, i=1, size(namelist%groups))], [(namelist%groups(i)%name == 'support', i=1, size(namelist%groups))])
+      allocate (supports(0), last(size(groups)))
+      do i = 1, size(groups)
+         call read_support(namelist%groups(groups(i)), mesh, supports, error)
+         if (allocated(error)) return
+         last(i) = size(supports)
+      end do
+   end subroutine read_supports
 
    !> &support: one support for each of its node sets.
    subroutine read_support(group, mesh, supports, error)

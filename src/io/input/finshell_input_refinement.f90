@@ -1,0 +1,140 @@
+!> The mesh of an input file with the sets that it names, refined or coarser where that is wanted.
+module finshell_input_refinement
+   use finshell_error, only: error_t, text_of
+   use finshell_input_common, only: place_error
+   use finshell_input_mesh, only: read_mesh
+   use finshell_input_normals, only: apply_normals, crease_edges, normals_choice_t
+   use finshell_input_sets, only: read_element_set, read_node_set
+   use finshell_input_support, only: read_supports
+   use finshell_kinds, only: wp
+   use finshell_memory, only: lack_of_memory
+   use finshell_mesh, only: mesh_t, set_t
+   use finshell_mesh_check, only: check_mesh
+   use finshell_mesh_refinement, only: refine_mesh
+   use finshell_namelist, only: complain_about, get, group_t, has, namelist_t
+   use finshell_structure, only: structure_t
+   implicit none
+   private
+   public :: read_any_mesh
+
+   integer, parameter :: most_levels = 8
+   real(wp), parameter :: most_nodes = 2.0e8_wp
+
+contains
+
+   !> Groups &mesh, &node_set and &element_set. The key `refine` and `levels` add up.
+   !>
+   !> Generators make a finer or coarser mesh of their own surface. Meshes of files, and those whose nodes or elements the input
+   !> knows by number, are cut triangle by triangle, on a smooth surface through their nodes unless `normals` is 'facet'.
+   subroutine read_any_mesh(namelist, folder, mesh, normals, error, levels)
+      type(namelist_t), intent(inout) :: namelist
+      character(len=*), intent(in) :: folder !< prefix of file names
+      type(mesh_t), intent(out) :: mesh
+      type(normals_choice_t), intent(out) :: normals !< for apply_normals
+      type(error_t), allocatable, intent(inout) :: error
+      integer, intent(in), optional :: levels
+      type(set_t), allocatable :: former(:)
+      type(mesh_t) :: bare
+      integer :: at, refine
+      if (allocated(error)) return
+      do at = 1, size(namelist%groups)
+         if (namelist%groups(at)%name == 'mesh') exit
+      end do
+      call get(namelist%groups(at), 'refine', refine, error, default=0, minimum=-most_levels, maximum=most_levels)
+      if (allocated(error)) return
+      if (present(levels)) refine = refine + levels
+      call read_mesh(namelist%groups(at), folder, mesh, normals, 0, error)
+      if (allocated(error)) return
+      if (refine /= 0) bare = mesh
+      call read_sets(namelist, mesh, error)
+      if (refine == 0) return
+      if (knows_numbers(namelist, namelist%groups(at))) then
+         call cut_triangles(namelist, namelist%groups(at), folder, normals, refine, bare, mesh, error)
+      else
+         ! a set may exist in the refined mesh only, as the middle of an odd number of cells
+         if (allocated(error)) deallocate (error)
+         call move_alloc(mesh%node_sets, former)
+         call read_mesh(namelist%groups(at), folder, mesh, normals, refine, error)
+         if (.not. allocated(error)) call read_sets(namelist, mesh, error)
+         call move_alloc(former, mesh%former_node_sets)
+      end if
+   end subroutine read_any_mesh
+
+   subroutine read_sets(namelist, mesh, error)
+      type(namelist_t), intent(inout) :: namelist
+      type(mesh_t), intent(inout) :: mesh
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+      do i = 1, size(namelist%groups)
+         select case (namelist%groups(i)%name)
+         case ('node_set'); call read_node_set(namelist%groups(i), mesh, error)
+         case ('element_set'); call read_element_set(namelist%groups(i), mesh, error)
+         end select
+         if (allocated(error)) return
+      end do
+   end subroutine read_sets
+
+   !> Does the input speak of nodes or elements by their number in the mesh, itself or in files?
+   pure logical function knows_numbers(namelist, mesh) result(yes)
+      type(namelist_t), intent(in) :: namelist
+      type(group_t), intent(in) :: mesh
+      integer :: i
+      yes = has(mesh, 'file') .or. has(mesh, 'normal_file')
+      do i = 1, size(namelist%groups)
+         select case (namelist%groups(i)%name)
+         case ('node_set'); yes = yes .or. has(namelist%groups(i), 'nodes')
+         case ('element_set'); yes = yes .or. has(namelist%groups(i), 'elements')
+         case ('section'); yes = yes .or. has(namelist%groups(i), 'direction_file')
+         end select
+      end do
+   end function knows_numbers
+
+   !> Refine a mesh triangle by triangle, then name its sets again.
+   subroutine cut_triangles(namelist, group, folder, normals, levels, bare, mesh, error)
+      type(namelist_t), intent(inout) :: namelist
+      type(group_t), intent(in) :: group !< &mesh
+      character(len=*), intent(in) :: folder
+      type(normals_choice_t), intent(in) :: normals
+      integer, intent(in) :: levels
+      type(mesh_t), intent(inout) :: bare !< with the sets that it has of itself
+      type(mesh_t), intent(inout) :: mesh !< the same with those that the input names
+      type(error_t), allocatable, intent(inout) :: error
+      type(structure_t) :: before
+      integer, allocatable :: crease(:, :), last(:), groups(:)
+
+      if (.not. allocated(error)) call check_levels(group, levels, size(bare%coordinates, 2), error)
+      if (allocated(error)) return
+      before%mesh = mesh
+      call read_supports(namelist, mesh, before%supports, last, groups, error)
+      if (.not. allocated(error)) call apply_normals(group, folder, normals, before, error)
+      if (.not. allocated(error)) call crease_edges(group, normals, mesh, crease, error)
+      if (allocated(error)) return
+      if (allocated(before%mesh%normal)) bare%normal = before%mesh%normal ! of a file
+      if (normals%kind == 'facet') then
+         call refine_mesh(bare, levels, mesh, points=size(bare%node_sets))
+      else
+         call refine_mesh(bare, levels, mesh, normals%crease_angle, before%normal, crease, points=size(bare%node_sets))
+      end if
+      call check_mesh(mesh, error)
+      if (allocated(error)) error%message = 'refined '//text_of(levels)//' times: '//error%message
+      call place_error(group, '', error)
+      if (allocated(error)) return
+      call read_sets(namelist, mesh, error)
+      mesh%former_node_sets = before%mesh%node_sets
+   end subroutine cut_triangles
+
+   subroutine check_levels(group, levels, nodes, error)
+      type(group_t), intent(in) :: group
+      integer, intent(in) :: levels, nodes
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: reason
+      if (levels < 0) then
+         reason = 'a mesh of a file, or one whose nodes or elements the input knows by number, cannot become coarser'
+      else if (nodes*4.0_wp**levels > most_nodes) then
+         reason = text_of(nodes)//' nodes refined '//text_of(levels)//' times are too many'
+      else
+         reason = lack_of_memory(nodes*4.0_wp**levels)
+      end if
+      if (reason /= '') call complain_about(group, 'refine', reason, error)
+   end subroutine check_levels
+end module finshell_input_refinement

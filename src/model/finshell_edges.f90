@@ -1,0 +1,74 @@
+!> The edges of a mesh: each once, with what lies at its sides.
+module finshell_edges
+   use finshell_kinds, only: i8
+   use finshell_mesh_sorting, only: sorted_order
+   implicit none
+   private
+   public :: edges_t, new_edges, find_edge
+
+   type :: edges_t
+      integer, allocatable :: nodes(:, :) !< (2, edges) the smaller number first, in ascending order
+      integer, allocatable :: of_side(:, :) !< (3, elements) edge of the side from node k to node k + 1
+      integer, allocatable :: elements(:, :) !< (2, edges) at the edge; the second is 0 at the boundary
+   end type edges_t
+
+contains
+
+   !> Of triangles (3, elements) of which no more than two meet at an edge.
+   pure subroutine new_edges(edges, triangles)
+      type(edges_t), intent(out) :: edges
+      integer, intent(in) :: triangles(:, :)
+      integer(i8), allocatable :: ends(:)
+      integer, allocatable :: order(:)
+      integer :: e, i, k, n, side
+      allocate (ends(size(triangles)))
+      do e = 1, size(triangles, 2)
+         do k = 1, 3
+            ends(3*(e - 1) + k) = pair(triangles(k, e), triangles(1 + mod(k, 3), e))
+         end do
+      end do
+      order = sorted_order(ends)
+      allocate (edges%nodes(2, size(ends)), edges%of_side(3, size(triangles, 2)))
+      allocate (edges%elements(2, size(ends)), source=0)
+      n = 0
+      do i = 1, size(order)
+         side = order(i)
+         e = (side + 2)/3
+         k = side - 3*(e - 1)
+         if (i == 1) then
+            n = 1
+         else if (ends(side) /= ends(order(i - 1))) then
+            n = n + 1
+         end if
+         edges%nodes(:, n) = [min(triangles(k, e), triangles(1 + mod(k, 3), e)), max(triangles(k, e), triangles(1 + mod(k, 3), e))]
+         edges%of_side(k, e) = n
+         edges%elements(merge(1, 2, edges%elements(1, n) == 0), n) = e
+      end do
+      edges%nodes = edges%nodes(:, :n)
+      edges%elements = edges%elements(:, :n)
+   end subroutine new_edges
+
+   !> Number of the edge between two nodes, 0 where there is none (bisection).
+   pure integer function find_edge(edges, i, j) result(edge)
+      type(edges_t), intent(in) :: edges
+      integer, intent(in) :: i, j
+      integer(i8) :: wanted, here
+      integer :: low, high
+      wanted = pair(i, j)
+      low = 1
+      high = size(edges%nodes, 2)
+      do while (low <= high)
+         edge = low + (high - low)/2
+         here = pair(edges%nodes(1, edge), edges%nodes(2, edge))
+         if (here == wanted) return
+         if (here < wanted) low = edge + 1
+         if (here > wanted) high = edge - 1
+      end do
+      edge = 0
+   end function find_edge
+
+   pure integer(i8) function pair(i, j)
+      integer, intent(in) :: i, j
+      pair = ishft(int(min(i, j), i8), 31) + max(i, j)
+   end function pair
+end module finshell_edges

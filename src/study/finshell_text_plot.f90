@@ -1,0 +1,63 @@
+!> A plot made of characters: both axes logarithmic.
+module finshell_text_plot
+   use finshell_kinds, only: wp
+   implicit none
+   private
+   public :: text_plot
+
+contains
+
+   !> Lines of a plot of points (x, y > 0), each drawn as its mark, the later one where two meet. Empty where there is
+   !> nothing to draw.
+   pure function text_plot(x, y, marks, x_name, y_name, level) result(lines)
+      real(wp), intent(in) :: x(:), y(:)
+      character, intent(in) :: marks(:)
+      character(len=*), intent(in) :: x_name, y_name
+      real(wp), intent(in), optional :: level !< of y, drawn as a line
+      character(len=72), allocatable :: lines(:)
+      integer, parameter :: columns = 54, rows = 14, margin = 11
+      real(wp) :: bottom, left, right, top
+      integer :: column, i, row
+
+      allocate (lines(0))
+      if (count(x > 0 .and. y > 0) == 0) return
+      left = floor(log10(minval(x, mask=x > 0 .and. y > 0)))
+      right = max(left + 1, real(ceiling(log10(maxval(x, mask=x > 0 .and. y > 0))), wp))
+      bottom = floor(log10(minval(y, mask=x > 0 .and. y > 0)))
+      top = ceiling(log10(maxval(y, mask=x > 0 .and. y > 0)))
+      if (present(level)) bottom = min(bottom, real(floor(log10(level)), wp))
+      if (present(level)) top = max(top, real(ceiling(log10(level)), wp))
+      top = max(top, bottom + 1)
+      deallocate (lines)
+      allocate (lines(rows + 4))
+      lines = ''
+      lines(1) = y_name
+      do row = 0, rows
+         lines(row + 2) (margin:margin) = '|'
+      end do
+      ! decades
+      do i = nint(bottom), nint(top)
+         row = nint(rows*(top - i)/(top - bottom))
+         write (lines(row + 2) (:margin - 1), '(es8.0e2)') 10.0_wp**i
+         lines(row + 2) (margin:margin) = '+'
+      end do
+      if (present(level)) then
+         row = nint(rows*(top - log10(level))/(top - bottom))
+         lines(row + 2) (margin + 1:margin + columns) = repeat('- ', columns/2)
+      end if
+      lines(rows + 3) (margin:) = '+'//repeat('-', columns)
+      lines(rows + 4) = ''
+      do i = nint(left), nint(right)
+         column = margin + nint(columns*(i - left)/(right - left))
+         lines(rows + 3) (column:column) = '+'
+         if (column + 1 <= len(lines)) write (lines(rows + 4) (max(1, column - 5):column + 2), '(es8.0e2)') 10.0_wp**i
+      end do
+      lines = [character(len=72) :: lines, repeat(' ', margin)//x_name]
+      do i = 1, size(x)
+         if (.not. (x(i) > 0 .and. y(i) > 0)) cycle
+         row = nint(rows*(top - log10(y(i)))/(top - bottom))
+         column = margin + nint(columns*(log10(x(i)) - left)/(right - left))
+         lines(row + 2) (column:column) = marks(i)
+      end do
+   end function text_plot
+end module finshell_text_plot
