@@ -2,10 +2,10 @@
 !>
 !>     bench_linear INPUT.nml SOLVER [LOW_RANK]
 !>
-!> The definite matrix is the tangent at the unloaded state; a multiple of the lumped weights is taken from it until at least ten pivots
-!> are negative. One line: unknowns, entries, seconds of CPU time of ordering, of the definite and of the indefinite factorisation (the second of
-!> each), of a solution, negative pivots, gigabytes of the factors (definite, indefinite), refinements and residual of the solutions;
-!> seconds of the clock for the two factorisations and the solution.
+!> The definite matrix is the tangent at the unloaded state; a multiple of the lumped weights is taken from it until at least ten
+!> pivots are negative. One line: unknowns, entries, seconds of CPU time of ordering, of the definite and of the indefinite
+!> factorisation (the second of each), of a solution, negative pivots, gigabytes of the factors (definite, indefinite), refinements
+!> and residual of the solutions; seconds of the clock for the two factorisations and the solution.
 program bench_linear
    use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium

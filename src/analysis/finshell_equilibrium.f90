@@ -82,9 +82,8 @@ module finshell_equilibrium
 
 contains
 
-   !> Number the unknowns, sum up the loads, find the pattern of the matrix; the state is the unloaded one. Options of the solver are
-   !> to be set before.
-   !> Errors: what is wrong with supports or loads; a free rigid-body motion, named.
+   !> Number the unknowns, sum up the loads, find the pattern of the matrix; the state is the unloaded one. Options of the solver
+   !> are to be set before. Errors: what is wrong with supports or loads; a free rigid-body motion, named.
    subroutine new_equilibrium(self, structure, error, team)
       type(equilibrium_t), intent(inout) :: self
       type(structure_t), intent(in), target :: structure !< is referred to, not copied

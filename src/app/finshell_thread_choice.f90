@@ -9,8 +9,8 @@ module finshell_thread_choice
 
 contains
 
-   !> As many threads as the input asks for, else as OpenMP would but no more than pay, and than there are idle processors: threads that
-   !> wait for others that have no processor make a busy machine slower than one thread is.
+   !> As many threads as the input asks for, else as OpenMP would but no more than pay, and than there are idle processors: threads
+   !> that wait for others that have no processor make a busy machine slower than one thread is.
    subroutine choose_threads(wanted, elements)
       integer, intent(in) :: wanted, elements
       integer, parameter :: always_allowed = 8

@@ -1,7 +1,7 @@
-!> Threads of the BLAS below the solvers. OpenBLAS has a pool of its own, as large as the machine from the beginning, whose members burn
-!> CPU time waiting for each other; with the pool of OpenMP beside it there would be twice as many threads as were asked for. So each
-!> pool exists only while it works: `to_blas` before a factorisation, `to_openmp` after it. What that takes is in OpenBLAS, not in other
-!> BLAS libraries, and is looked up while running.
+!> Threads of the BLAS below the solvers. OpenBLAS has a pool of its own, as large as the machine from the beginning, whose members
+!> burn CPU time waiting for each other; with the pool of OpenMP beside it there would be twice as many threads as were asked for.
+!> So each pool exists only while it works: `to_blas` before a factorisation, `to_openmp` after it. What that takes is in OpenBLAS,
+!> not in other BLAS libraries, and is looked up while running.
 module finshell_blas_threads
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_null_char, &
                                           c_null_ptr, c_ptr

@@ -18,8 +18,8 @@ module finshell_effort
 
 contains
 
-   !> Seconds of CPU time for the matrix of a shell on this machine: a dense factorisation says how fast it is. The formula is of shells with
-   !> 10^4 to 3 10^5 unknowns and one thread, definite matrices; indefinite ones need up to twice as much.
+   !> Seconds of CPU time for the matrix of a shell on this machine: a dense factorisation says how fast it is. The formula is of
+   !> shells with 10^4 to 3 10^5 unknowns and one thread, definite matrices; indefinite ones need up to twice as much.
    real(dp) function factorisation_seconds(unknowns) result(seconds)
       integer, intent(in) :: unknowns
       real(dp), parameter :: reference = 4.4e10_dp !< operations a second where the formula was measured

@@ -1,5 +1,5 @@
-!> GMRES with the approximate factors of a matrix (compressed ones, or of single precision) as preconditioner (Saad & Schultz 1986; in
-!> its flexible form, Saad 1993, as such factors solve with rounding errors of their own). It finds the least residual over all
+!> GMRES with the approximate factors of a matrix (compressed ones, or of single precision) as preconditioner (Saad & Schultz 1986;
+!> in its flexible form, Saad 1993, as such factors solve with rounding errors of their own). It finds the least residual over all
 !> corrections so far, whether the matrix is definite or not, symmetric or not.
 module finshell_gmres
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -12,7 +12,8 @@ module finshell_gmres
    integer, parameter :: most_vectors = 40 !< of a cycle: memory is taken as they come
    real(dp), parameter :: enough = 1e-14_dp !< relative residual beyond which there is nothing to gain
 
-   !> The vectors of a cycle. With S the scale: A z = S v h, where z solves M z = S v(:, :used), and M is the matrix that the factors give.
+   !> The vectors of a cycle. With S the scale: A z = S v h, where z solves M z = S v(:, :used), and M is the matrix that the
+   !> factors give.
    type :: krylov_t
       integer :: used = 0
       logical :: converged = .false.

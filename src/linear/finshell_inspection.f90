@@ -1,12 +1,13 @@
-!> What factors do not say about their matrix: whether it is singular and, if they are approximate, how many eigenvalues are negative.
+!> What factors do not say about their matrix: whether it is singular and, if they are approximate, how many eigenvalues are
+!> negative.
 !>
 !> Exact factors: a vector that the matrix takes to nothing is found by inverse iteration.
 !>
-!> Approximate factors are those of a matrix M next to A, whose smallest eigenvalues may have other signs. On the way M + t (A - M) an
-!> eigenvalue passes zero for each negative eigenvalue lambda of A x = lambda M x, upwards where x A x is positive. Those eigenvalues
-!> stand apart from all others, which are next to one, so that GMRES finds them before it converges for a right-hand side without
-!> pattern; what it converges to is a step of inverse iteration. With a residual above rounding level, or where many vectors were
-!> needed because M z = v is solved to too few digits, eigenvalues were missed in tests: then nothing is said.
+!> Approximate factors are those of a matrix M next to A, whose smallest eigenvalues may have other signs. On the way M + t (A - M)
+!> an eigenvalue passes zero for each negative eigenvalue lambda of A x = lambda M x, upwards where x A x is positive. Those
+!> eigenvalues stand apart from all others, which are next to one, so that GMRES finds them before it converges for a right-hand
+!> side without pattern; what it converges to is a step of inverse iteration. With a residual above rounding level, or where many
+!> vectors were needed because M z = v is solved to too few digits, eigenvalues were missed in tests: then nothing is said.
 module finshell_inspection
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use finshell_error, only: error_t
@@ -40,7 +41,8 @@ module finshell_inspection
 
 contains
 
-   !> With exact factors, by inverse iteration: once is enough, unless they are those of a shifted matrix. Errors: those of the factors.
+   !> With exact factors, by inverse iteration: once is enough, unless they are those of a shifted matrix. Errors: those of the
+   !> factors.
    subroutine examine(matrix, scale, tolerance, finding, error)
       class(factored_t), intent(inout) :: matrix
       real(dp), intent(in) :: scale(:) !< (n) measure of the equations

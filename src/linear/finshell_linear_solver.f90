@@ -86,7 +86,8 @@ contains
       class(linear_solver_t), intent(inout) :: self
       type(sparsity_t), intent(in) :: pattern
       type(error_t), allocatable, intent(out) :: error
-      type(linear_solver_t), intent(in), optional :: order_of !< its order of the equations serves, if it has one for the same number
+      !> its order of the equations serves, if it has one for the same number
+      type(linear_solver_t), intent(in), optional :: order_of
       character(len=:), allocatable :: reason
       call self%free()
       self%pattern = pattern

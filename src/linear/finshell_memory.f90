@@ -13,7 +13,7 @@ module finshell_memory
 contains
 
    !> Bytes that a model needs, most of them for the factor of its matrix unless that is on disk. Measured for symmetric matrices of
-   !> 1 700 to 51 000 nodes: 17 to 19 kB a node and 40 MB, 7.5 to 8.5 kB with the factor on disk; unsymmetric ones need more.
+   !> 1 700 to 51 000 nodes: 17 to 19 kB a node and 20 to 40 MB, 7.5 to 8.5 kB with the factor on disk; unsymmetric ones need more.
    pure real(wp) function memory_needed(nodes, on_disk)
       real(wp), intent(in) :: nodes
       logical, intent(in) :: on_disk

@@ -1,5 +1,5 @@
-!> The digits that the factors of a matrix do not give: corrections from the residual, and where they do not bring it down because the
-!> factors are approximate, GMRES.
+!> The digits that the factors of a matrix do not give: corrections from the residual, and where they do not bring it down because
+!> the factors are approximate, GMRES.
 !>
 !> Equation i is measured by scale(i), as everywhere (finshell_linear_solver).
 module finshell_refinement

@@ -1,5 +1,6 @@
 !> The mesh of an input file with the sets that it names, refined or coarser where that is wanted.
 module finshell_input_refinement
+   use finshell_back_ends, only: can_work_on_disk
    use finshell_error, only: error_t, text_of
    use finshell_input_common, only: place_error
    use finshell_input_mesh, only: read_mesh
@@ -133,7 +134,7 @@ contains
       else if (nodes*4.0_wp**levels > most_nodes) then
          reason = text_of(nodes)//' nodes refined '//text_of(levels)//' times are too many'
       else
-         reason = lack_of_memory(nodes*4.0_wp**levels)
+         reason = lack_of_memory(nodes*4.0_wp**levels, can_work_on_disk())
       end if
       if (reason /= '') call complain_about(group, 'refine', reason, error)
    end subroutine check_levels
