@@ -8,7 +8,7 @@
 program bench_scale
    use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use finshell_assembly, only: paying_threads
-   use finshell_blas_threads, only: set_blas_threads
+   use finshell_blas_threads, only: to_openmp
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t
    use finshell_input, only: input_t, read_input
@@ -34,7 +34,7 @@ program bench_scale
    call check()
    threads = paying_threads(size(input%structure%mesh%triangles, 2))
 !$ call omp_set_num_threads(threads)
-   call set_blas_threads(threads)
+   call to_openmp()
    call new_equilibrium(problem, input%structure, error)
    call check()
    call check_steps(input, problem, error)
