@@ -20,7 +20,7 @@ contains
       real(wp), intent(out), optional, contiguous :: volume(:) !< (elements)
       real(wp), intent(out), optional, contiguous :: force(:, :) !< (n_shell, elements)
       real(wp), intent(out), optional, contiguous :: stiffness(:, :, :) !< (n_shell, n_shell, elements)
-      integer, intent(in), optional, contiguous :: held(:, :) !< (3, elements of the structure) see finshell_held_side
+      integer, intent(in), optional :: held(:, :) !< (3, elements of the structure) see finshell_held_side
       type(gathered_t) :: g
       integer(i4) :: status(size(elements))
       call gather_elements(structure, state, elements, g, held)

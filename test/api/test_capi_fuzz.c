@@ -93,32 +93,32 @@ static void one_call(void)
    double *X = maybe(filled(9 * MOST)), *u = maybe(filled(9 * MOST)), *rotations = maybe(filled(12 * MOST)), *state = draw(2) ? filled(12 * MOST) : NULL;
    double *direction = draw(2) ? filled(3 * MOST) : NULL, *normals = draw(2) ? filled(9 * MOST) : NULL;
    double *energy = maybe(filled(m)), *force = maybe(filled(freedoms * m)), *tangent = maybe(filled(freedoms * freedoms * m));
-   finshell_elements elements = {0};
-   elements.size = draw(20) ? sizeof elements : draw(200);
-   elements.n = n;
-   elements.X = X;
-   elements.u = u;
-   elements.rotations = rotations;
-   elements.convention = convention;
-   elements.state = state;
-   elements.direction = direction;
-   elements.normals = normals;
-   elements.threads = draw(20) ? 1 : (int32_t)draw(5) - 2;
-   code = finshell_elements_evaluate(section, &elements, energy, force, tangent, codes, &status);
+   struct { finshell_elements elements; char later[200]; } room = {{0}, {0}}; /* of a later header, what it would know being 0 */
+   room.elements.size = draw(20) ? sizeof room.elements : draw(200);
+   room.elements.n = n;
+   room.elements.X = X;
+   room.elements.u = u;
+   room.elements.rotations = rotations;
+   room.elements.convention = convention;
+   room.elements.state = state;
+   room.elements.direction = direction;
+   room.elements.normals = normals;
+   room.elements.threads = draw(20) ? 1 : (int32_t)draw(5) - 2;
+   code = finshell_elements_evaluate(section, &room.elements, energy, force, tangent, codes, &status);
    if (code < 0) CHECK(status.message[0] != 0);
    sound(energy, m, 1, codes, code);
    sound(force, m, freedoms, codes, code);
    sound(tangent, m, freedoms * freedoms, codes, code);
 
    double *stretch = maybe(filled(m)), *membrane_force = maybe(filled(3 * m)), *moment = maybe(filled(3 * m));
-   code = finshell_elements_recover(section, &elements, stretch, membrane_force, moment, NULL, codes, &status);
+   code = finshell_elements_recover(section, &room.elements, stretch, membrane_force, moment, NULL, codes, &status);
    sound(stretch, m, 1, codes, code);
    sound(membrane_force, m, 3, codes, code);
    sound(moment, m, 3, codes, code);
 
    double *pressure = maybe(filled(MOST)), *origin = draw(2) ? filled(3) : NULL;
    double *load = maybe(filled(18 * m)), *stiffness = maybe(filled(324 * m)), *volume = maybe(filled(m));
-   code = finshell_elements_pressure(&elements, pressure, draw(20) ? (int32_t)draw(2) : (int32_t)draw(9) - 4, origin, volume, load, stiffness, codes, &status);
+   code = finshell_elements_pressure(&room.elements, pressure, draw(20) ? (int32_t)draw(2) : (int32_t)draw(9) - 4, origin, volume, load, stiffness, codes, &status);
    sound(volume, m, 1, codes, code);
    sound(load, m, 18, codes, code);
    sound(stiffness, m, 324, codes, code);
