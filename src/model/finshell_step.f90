@@ -63,6 +63,7 @@ module finshell_step
       real(wp) :: growth = 2.0_wp !< largest ratio of an increment to the one before
       integer :: wanted_iterations = 0 !< the size aims at this number of iterations; 0: 5, or 7 with tight tolerances
       logical :: extrapolate = .true. !< start an increment from the extrapolated path
+      logical :: tangent_predictor = .false. !< and along its tangent (finshell_predictor)
       real(wp) :: load_scale = 0 !< arc-length: weight of the load factor in the length, 0 cylindrical, 1 spherical
       integer :: modes = 4 !< buckling: number of modes
       real(wp) :: near = 0 !< buckling: modes nearest to this load factor; 0: the lowest above the present one

@@ -8,7 +8,6 @@
 !> The whole correction is shortened where a node would turn by more than the limit. A line search was tried and left out: it
 !> took 57 iterations instead of 18 for the cantilever with end shear in one increment, and failed for the pinched hemisphere.
 !> So were corrections with the factors of the iteration before (doc/path_following.md).
-!>
 !> Mixed iteration (finshell_problem) pays where a correction that bends a thin shell also stretches it, by the curvature of the
 !> motion: the residual is then many times the loads, and the elements' own stresses, wrong by as much, spoil the tangent.
 !> Where the residual stays below the loads the own stresses are better than predicted ones: large stretch, laws with
@@ -35,10 +34,7 @@ module finshell_newton
    real(wp), parameter :: least_regularisation = 1.0e-6_wp
    real(wp), parameter :: falling = 0.5_wp !< from iteration to iteration: a residual that falls so fast does not diverge
    real(wp), parameter :: wild = 1 !< residual, in loads and reactions: beyond it an iteration is mixed, where it may choose
-   !> From rest, a structure that the first correction turns by more than this (radian), and whose tangent has then been
-   !> indefinite in more iterations in a row than that, does not find back: a fine flat sheet under too large a part of its load.
-   real(wp), parameter :: too_soft = 4
-   integer, parameter :: most_lost = 4
+   real(wp), parameter :: too_soft = 4 !< rotation (radian) of the first correction from rest: a flat sheet, which may wrinkle
    real(wp), parameter :: volume_rounding = 100 !< of a volume, in epsilons
    !> A correction that is more than `resting` times the one before shrinks no more. Beyond the second number, part of the
    !> increment, and the third, part of the displacements, no rounding is an excuse.
@@ -57,13 +53,11 @@ contains
       real(wp), allocatable :: x(:), increment(:), stress(:, :)
       real(wp) :: change, scale, angle, earlier(2), before
       logical :: complete, likely, guess, rounded, reached, mixed, choose
-      integer :: lost !< iterations in a row with an indefinite tangent, where the first was definite
 
       allocate (x(problem%n), increment(problem%n))
       earlier = huge(1.0_wp)
       before = huge(1.0_wp)
       guess = .true.
-      lost = 0
       rounded = .false.
       if (problem%limp .and. .not. any(abs(problem%base%displacement) > 0)) result%stand_in = 1
       choose = settings%mixed == mixed_auto
@@ -71,7 +65,7 @@ contains
       if (mixed) call keep_stress(problem, constraint%scaling, stress)
       call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
       if (choose .and. .not. allocated(error)) then
-         mixed = misfit() > wild
+         mixed = is_wild(misfit())
          call problem%increment(increment)
          if (mixed .and. any(abs(increment) > 0)) then
             call keep_stress(problem, constraint%scaling, stress)
@@ -108,11 +102,6 @@ contains
                return
             end if
          end if
-         lost = merge(lost + 1, 0, problem%negative_pivots > 0 .and. result%first_pivots == 0)
-         if (lost > most_lost .and. result%first_rotation > too_soft .and. .not. any(abs(problem%base%displacement) > 0)) then
-            call give_up(result, status_not_converged, 'the first increment is too large for so soft a structure')
-            return
-         end if
          if (result%stand_in > 0) then
             complete = .false.
             result%regularised = result%regularised + 1
@@ -120,7 +109,11 @@ contains
             if (result%stand_in < least_regularisation) result%stand_in = 0
          end if
          angle = problem%largest_rotation(x, change, constraint%scaling)
-         if (result%iterations == 1) result%first_rotation = angle
+         if (result%iterations == 1) then
+            result%first_rotation = angle
+            if (angle > too_soft .and. .not. any(abs(problem%base%displacement) > 0)) choose = .false.
+            mixed = mixed .and. (choose .or. settings%mixed == mixed_always)
+         end if
          scale = 1
          if (settings%rotation_limit > 0 .and. angle > settings%rotation_limit) scale = settings%rotation_limit/angle
          if (scale < 1) complete = .false.
@@ -158,7 +151,7 @@ contains
          end if
          earlier = [result%correction, earlier(1)]
          before = result%residual
-         if (choose .and. .not. mixed .and. result%residual > wild) then
+         if (choose .and. .not. mixed .and. is_wild(result%residual)) then
             call problem%back_to_iterate()
             call problem%move(scale*x, scale*change, stress_predicted, stress, constraint%scaling)
             call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
@@ -166,7 +159,7 @@ contains
             call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
          end if
          if (likely) guess = .false.
-         if (choose) mixed = result%residual > wild
+         if (choose) mixed = is_wild(result%residual)
          if (allocated(error)) then
          end if
          if (allocated(error)) then
@@ -177,11 +170,21 @@ contains
 
    contains
 
-      function misfit() result(ratio)
+      function misfit(least) result(ratio)
+         real(wp), intent(in), optional :: least(2)
          real(wp) :: ratio
          ratio = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], mean_levels, &
-                                problem%size, problem%detail)
+                                problem%size, problem%detail, least)
       end function misfit
+
+      logical function is_wild(residual) result(yes) ! beyond the loads, and not because of rounding
+         real(wp), intent(in) :: residual
+         real(wp) :: unknowns(problem%n), added(problem%n)
+         yes = .false.
+         if (.not. residual > wild) return
+         call problem%magnitude(unknowns, added)
+         yes = misfit(epsilon(1.0_wp)*field_norms(added, problem%field)) > wild
+      end function is_wild
    end subroutine solve_increment
 
    !> The state as it is, with the stresses that the base has.

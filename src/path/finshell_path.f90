@@ -325,7 +325,7 @@ contains
       self%laboured = fading*self%laboured + merge(1, 0, record%cuts > 0)
       self%tangent = result%last
       self%leaping = .false.
-      call self%remember(problem, x, change, moved, length)
+      call self%remember(problem, step, x, change, moved, length)
       self%rough = attempt%descends .and. result%regularised > 0
       self%hampered = record%cuts > 0
       ! What a descent has found is not the way the path goes.

@@ -1,7 +1,7 @@
 !> Predictor: the path so far, extrapolated. Remembers the last increments and where they led in three measures: load factor,
 !> monitored displacement or volume, and length; each control extrapolates in its own measure.
 !>
-!> First choice is the parabola over the length of the path that begins along the tangent where the path has led, and comes through
+!> With a tangent (`point`): the parabola over the length of the path that begins along it where the path has led, and comes through
 !> the state before. What grows with a root of the load, as a flat sheet under pressure does, is no polynomial in the load
 !> but nearly one in the length. And as stretching goes with the square of bending, a straight extrapolation of a bending sheet
 !> stretches it. Without a tangent, or too far along it: the parabola through the last three states, or a straight line.

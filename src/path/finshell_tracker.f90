@@ -6,7 +6,7 @@ module finshell_tracker
    use finshell_problem, only: problem_t
    use finshell_state, only: state_t
    use finshell_step, only: convergence_t, step_t, control_load, control_displacement, control_arc_length, control_volume, &
-      prescribes_monitored, mixed_always, mixed_never
+      prescribes_monitored, mixed_auto, mixed_never
    use finshell_control, only: constraint_t, control_vector, arc_norm, arc_product
    use finshell_newton, only: newton_result_t, solve_increment
    use finshell_descent, only: descend
@@ -40,6 +40,7 @@ module finshell_tracker
       logical :: substitute = .false. !< arc-length stands in for a control whose quantity turns round
       logical :: rough = .false. !< the last increment was found by a descent only, so the next is sought by one at once
       logical :: hampered = .false. !< the last increment was cut
+      logical :: young = .false. !< the last increment began a branch
       real(wp), allocatable :: branch(:) !< the next increment leaves the path along this vector
       type(tangent_t) :: tangent !< to the path at the last converged state; not known at the start of a step
       real(wp) :: snapped_size = 0 !< of the first increment from here that was refused for a snap; 0: none
@@ -162,12 +163,13 @@ contains
       type(convergence_t) :: settings
       real(wp), allocatable :: x(:)
       real(wp) :: change, scale, length, angle
-      logical :: known
+      logical :: known, young
 
       allocate (x(problem%n))
       settings = step%convergence
-      ! A flat sheet needs mixed iteration to leave the plane.
-      if (attempt%plain .and. (settings%mixed == mixed_always .or. self%history%count > 0)) settings%mixed = mixed_never
+      ! Mixed iteration leads away from a branch that has just begun.
+      young = attempt%control == control_vector .or. self%young
+      if (attempt%plain .or. (young .and. settings%mixed == mixed_auto)) settings%mixed = mixed_never
       constraint%control = attempt%control
       constraint%scaling = step%scaling
       constraint%load_weight = self%load_weight
@@ -255,13 +257,16 @@ contains
    end subroutine look_back
 
    !> Remember the increment that has just converged, and the tangent to the path where it ended, to extrapolate.
-   subroutine remember(self, problem, x, change, moved, length)
+   subroutine remember(self, problem, step, x, change, moved, length)
       class(tracker_t), intent(inout) :: self
       class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
       real(wp), intent(in) :: x(:), change, moved, length !< increment, of the factor, of the monitored quantity, of the path
       real(wp) :: rate
       call self%history%remember(x, change, moved, length)
-      if (.not. self%tangent%known) return
+      ! The start of a branch was found from where the tangent is that of another path.
+      self%young = allocated(self%branch)
+      if (self%young .or. .not. (step%tangent_predictor .and. self%tangent%known)) return
       rate = 0
       if (allocated(problem%watched)) rate = dot_product(problem%watched, self%tangent%x) + problem%watched_rate
       call self%history%point(self%tangent%x, rate, arc_norm(self%tangent%x, problem%field, 1.0_wp, self%load_weight), &

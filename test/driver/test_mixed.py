@@ -19,13 +19,25 @@ HEMISPHERE = """&mesh generator = 'sphere' radius = 10.0 colatitudes = 18.0, 90.
 &monitor name = 'u' quantity = 'displacement' component = 'x' node_set = 'corner_a0_bottom' /
 &output every = 0 /
 """
+DISK = """&mesh generator = 'disk' portion = 'quarter' radius = 7.5 rings = 19 core = 6 /
+&material name = 'rubber' law = 'mooney_rivlin' c10 = 80.0 c01 = 20.0 /
+&section material = 'rubber' thickness = 0.5 /
+&support node_set = 'rim' type = 'hinged' /
+&support node_set = 'edge_x0' type = 'symmetry_x' /
+&support node_set = 'edge_y0' type = 'symmetry_y' /
+&load type = 'pressure' pressure = 70.0 /
+&step {step} /
+&monitor name = 'u' quantity = 'displacement' component = 'z' node_set = 'centre' /
+&output every = 0 /
+"""
 
 
 class Mixed(unittest.TestCase):
-    def solve(self, step):
+    def solve(self, step, text=HEMISPHERE):
         with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / "hemi.nml").write_text(HEMISPHERE.format(step=step))
-            run = subprocess.run([os.environ["FINSHELL_BIN"], "run", "-q", "hemi.nml"], cwd=folder, capture_output=True, text=True, check=False)
+            (Path(folder) / "hemi.nml").write_text(text.format(step=step))
+            run = subprocess.run([os.environ["FINSHELL_BIN"], "run", "-q", "hemi.nml"], cwd=folder, capture_output=True, text=True, check=False,
+                                 env=dict(os.environ, OMP_NUM_THREADS="1"))
             self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
             rows = [{k: float(v) for k, v in r.items()} for r in csv.DictReader((Path(folder) / "hemi.history.csv").read_text().splitlines())]
         return rows, sum(r["iterations"] for r in rows)
@@ -37,6 +49,29 @@ class Mixed(unittest.TestCase):
             self.assertAlmostEqual(mixed[-1]["u"], plain[-1]["u"], delta=1e-7 * plain[-1]["u"])
             self.assertEqual(max(r["negative_pivots"] for r in mixed), 0)
             self.assertLess(iterations, 0.7 * plain_iterations)
+
+    def test_chosen_where_it_pays(self):
+        plain, plain_iterations = self.solve("mixed = .false.")
+        chosen, iterations = self.solve("")
+        self.assertAlmostEqual(chosen[-1]["u"], plain[-1]["u"], delta=1e-7 * plain[-1]["u"])
+        self.assertLess(iterations, 0.5 * plain_iterations)
+        along, fewer = self.solve("tangent_predictor = .true.")
+        self.assertAlmostEqual(along[-1]["u"], plain[-1]["u"], delta=1e-7 * plain[-1]["u"])
+        self.assertLess(fewer, 0.9 * iterations)
+
+    def test_not_chosen_where_it_does_not_pay(self):
+        # The rubber disk from rest, with 19 rings: plain Newton's own counts. Mixed throughout takes more.
+        plain, chosen, always = (self.solve(step, DISK)[1] for step in ("mixed = .false.", "", "mixed = .true."))
+        self.assertEqual(chosen, plain)
+        self.assertLess(chosen, always)
+
+    def test_counts_do_not_grow_with_refinement(self):
+        # Arc-length, 38 and 71 rings: plain Newton and the parabola through states take 25 and 58 iterations.
+        for rings, core, most, deflection in ((38, 12, 22, 34.571), (71, 22, 28, 34.672)):
+            text = DISK.replace("rings = 19 core = 6", f"rings = {rings} core = {core}")
+            w, iterations = self.solve("control = 'arc_length' tangent_predictor = .true.", text)
+            self.assertLessEqual(iterations, most)
+            self.assertAlmostEqual(w[-1]["u"], deflection, delta=0.01)
 
     def test_one_increment(self):
         mixed, iterations = self.solve("mixed = .true. first_increment = 1.0")

@@ -101,6 +101,7 @@ contains
       call get(group, 'growth', step%growth, error, default=step%growth, minimum=1.0_wp)
       call get(group, 'wanted_iterations', step%wanted_iterations, error, default=step%wanted_iterations, minimum=0)
       call get(group, 'extrapolate', step%extrapolate, error, default=step%extrapolate)
+      call get(group, 'tangent_predictor', step%tangent_predictor, error, default=step%tangent_predictor)
       call get(group, 'load_scale', step%load_scale, error, default=step%load_scale, minimum=0.0_wp)
       call read_following(group, step, error)
       if (allocated(error)) return
