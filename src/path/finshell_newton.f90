@@ -336,7 +336,7 @@ contains
          if (.not. allocated(error)) then
             call problem%increment(increment)
             call factor_change(constraint, problem%field, x, x_t, increment, problem%change(constraint%scaling), &
-               factor_at(problem%state, constraint%scaling), monitored_or_zero(problem), watched_or_empty(problem), &
+               factor_at(problem%state, constraint%scaling), problem%monitored_or_zero(), problem%watched_or_empty(), &
                problem%watched_rate, change, eta, ok)
             if (.not. ok) then
                call give_up(result, status_not_converged, 'no equilibrium state at this distance along the path was found')
@@ -387,21 +387,4 @@ contains
          complete = .false.
       end do
    end subroutine apply
-
-   function monitored_or_zero(problem) result(value)
-      class(problem_t), intent(in) :: problem
-      real(wp) :: value
-      value = 0
-      if (allocated(problem%watched)) value = problem%monitored(problem%state)
-   end function monitored_or_zero
-
-   function watched_or_empty(problem) result(watched)
-      class(problem_t), intent(in) :: problem
-      real(wp), allocatable :: watched(:)
-      if (allocated(problem%watched)) then
-         watched = problem%watched
-      else
-         allocate (watched(0))
-      end if
-   end function watched_or_empty
 end module finshell_newton

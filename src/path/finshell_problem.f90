@@ -56,6 +56,8 @@ module finshell_problem
       procedure(watch_interface), deferred :: watch
       procedure(monitored_interface), deferred :: monitored
       procedure :: watch_volume
+      procedure :: monitored_or_zero
+      procedure :: watched_or_empty
       procedure :: balance
       procedure :: keep_base
       procedure :: largest_rotation
@@ -216,4 +218,23 @@ contains
       class(problem_t), intent(inout) :: self
       self%state = self%iterate
    end subroutine back_to_iterate
+
+   !> The monitored quantity at `state`; 0 where nothing is watched.
+   function monitored_or_zero(self) result(value)
+      class(problem_t), intent(in) :: self
+      real(wp) :: value
+      value = 0
+      if (allocated(self%watched)) value = self%monitored(self%state)
+   end function monitored_or_zero
+
+   !> Its derivative, of length 0 where nothing is watched.
+   function watched_or_empty(self) result(watched)
+      class(problem_t), intent(in) :: self
+      real(wp), allocatable :: watched(:)
+      if (allocated(self%watched)) then
+         watched = self%watched
+      else
+         allocate (watched(0))
+      end if
+   end function watched_or_empty
 end module finshell_problem

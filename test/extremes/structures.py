@@ -7,7 +7,8 @@ import math
 from dataclasses import dataclass, field
 
 RUBBER = "law = 'mooney_rivlin' c10 = 80.0 c01 = 20.0"
-STEEL = "law = 'linear_elastic' e = 2.0e5 nu = 0.0"
+# Why some of these end: along the stretch the law is 1e15 times as stiff as across, in a state that rounding then decides.
+LOST = "ends where the stiffness across is 1e-15 of that along the stretch"
 
 
 @dataclass
@@ -137,14 +138,15 @@ def laws_next_to_their_ends():
     for alpha in (2.0, 10.0, 26.0, 50.0, 100.0, -26.0):
         stretch = 1.5
         force = 0.02 * 2 / alpha * (stretch**(alpha - 1) - stretch**(-alpha / 2 - 1))
-        yield Case("exponent of Ogden's law, stretch of 1.5", alpha, stretched(stretch, f"law = 'ogden' mu1 = {2 / alpha!r} alpha1 = {alpha}"), {"force": force})
+        yield Case("exponent of Ogden's law, stretch of 1.5", alpha, stretched(stretch, f"law = 'ogden' mu1 = {2 / alpha!r} alpha1 = {alpha}"), {"force": force},
+                   ends="failed too often" if alpha > 90 else "", also=LOST)
     for exponent in (0.1, 1.0, 10.0, 30.0, 50.0, 100.0):
         stretch, k1, c = 1.2, 1.0, 1.0
         k2 = exponent / (stretch**2 - 1)**2
         force = 0.02 * (c * (stretch - stretch**-2) + 4 * k1 * (stretch**2 - 1) * math.exp(exponent) * stretch)
         law = f"law = 'holzapfel_gasser_ogden' c = {c} k1 = {k1} k2 = {k2!r} angle = 0.0"
         yield Case("exponent of the fibres, stretch of 1.2", exponent, stretched(stretch, law), {"force": force},
-                   ends="material law cannot be evaluated" if exponent > 60 else "")
+                   ends="failed too often" if exponent > 40 else "", also=LOST)
 
 
 def cantilever(unit=1.0, modulus=2e5, force=0.02, corner=(0.0, 0.0, 0.0), step="tolerance = 'tight'"):
@@ -215,7 +217,8 @@ def thin_strips(rows):
 &load type = 'force' node_set = 'edge_x1' total = .true. vector = 0.0, 0.0, {load * stiffness / 100!r} /
 &step /
 """ + monitor("u", "displacement", "x", "edge_x1") + monitor("w", "displacement", "z", "edge_x1") + "&output every = 0 /\n"
-        yield Case("thickness of a bent strip, length 10", thickness, text, {"u": -u, "w": w}, bound=3e-3, also="mesh of 32 × 1")
+        yield Case("thickness of a bent strip, length 10", thickness, text, {"u": -u, "w": w}, bound=3e-3, also="mesh of 32 × 1",
+                   ends="all but lost in the rounding" if thickness < 2e-6 else "")
 
 
 def flat_membranes(slope):
