@@ -280,6 +280,7 @@ contains
          ' (column snap of the history): what follows may lie on another branch. Follow the path by arc-length to see it.'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
+      if (problem%solver%on_disk()) write (output_unit, '(a)') 'The factors of the matrix were kept on disk.'
       do i = 1, size(reporter%gaps)
          write (output_unit, '(a,i0,a)') 'Missing in '//reporter%gaps(i)%name//': ', reporter%gaps(i)%values, &
             ' values, written as NaN: the law ends before the surface, or there is no such layer or fibre (doc/namelist.md).'
