@@ -10,6 +10,7 @@ module finshell_capi_elements
    use finshell_capi_handle, only: section_of
    use finshell_environment, only: environment_t, hold, release
    use finshell_freedoms, only: n_membrane, n_shell
+   use finshell_rotation, only: cross_product
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
@@ -221,7 +222,7 @@ contains
       if (c_associated(block%normals)) then
          call c_f_pointer(block%normals, normal, [3, 3, e])
          call c_f_pointer(block%x, x, [3, 3, e])
-         facet = unit(cross(unit(x(:, 2, e) - x(:, 1, e)), unit(x(:, 3, e) - x(:, 1, e))))
+         facet = unit(cross_product(unit(x(:, 2, e) - x(:, 1, e)), unit(x(:, 3, e) - x(:, 1, e))))
       end if
       do k = 3, 1, -1
          write (node, '(i1)') k - 1
@@ -234,7 +235,7 @@ contains
             text = 'the normal at node '//node//' (from 0) is zero'
          else if (.not. dot_product(unit(n), facet) > 0) then
             write (text, '(3a,f0.1,a)') 'the normal at node ', node, ' (from 0) is ', &
-               atan2(norm2(cross(facet, unit(n))), dot_product(facet, unit(n)))*180/acos(-1.0_c_double), &
+               atan2(norm2(cross_product(facet, unit(n))), dot_product(facet, unit(n)))*180/acos(-1.0_c_double), &
                ' degrees from that of the triangle, expected less than 90'
          end if
       end do
@@ -247,10 +248,4 @@ contains
       w = scale(v, -exponent(maxval(abs(v))))
       w = w/norm2(w)
    end function unit
-
-   pure function cross(a, b) result(c)
-      real(c_double), intent(in) :: a(3), b(3)
-      real(c_double) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 end module finshell_capi_elements

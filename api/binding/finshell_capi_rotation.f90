@@ -13,6 +13,8 @@ module finshell_capi_rotation
 
    real(c_double), parameter :: longest_vector = 1.0e60_c_double !< of a longer rotation vector no digit says where it ends
 
+   integer, parameter :: of_exp = 1, of_log = 2, of_product = 3, of_update = 4, of_matrix = 5, of_tangent = 6
+
 contains
 
    function exponential(n, vector, quaternion, codes, status) result(code) bind(c, name='finshell_rotation_exp')
@@ -22,21 +24,7 @@ contains
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      type(environment_t) :: environment
-      integer(c_int32_t), allocatable :: found(:)
-      integer :: e
-      character(len=*), parameter :: place = 'finshell_rotation_exp'
-      call start(place, n, present(vector) .and. present(quaternion), found, code, status)
-      if (.not. allocated(found)) return
-      call hold(environment)
-      do e = 1, n
-         quaternion(:, e) = 0
-         found(e) = finite(vector(:, e))
-         if (found(e) == status_ok) quaternion(:, e) = rotation_vector_to_quaternion(vector(:, e))
-      end do
-      call release(environment)
-      if (present(codes)) codes = found
-      code = judge(status, place, n, found)
+      code = each('finshell_rotation_exp', n, of_exp, 3, vector, 3, vector, 4, quaternion, codes, status)
    end function exponential
 
    function logarithm(n, quaternion, vector, codes, status) result(code) bind(c, name='finshell_rotation_log')
@@ -46,21 +34,7 @@ contains
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      type(environment_t) :: environment
-      integer(c_int32_t), allocatable :: found(:)
-      integer :: e
-      character(len=*), parameter :: place = 'finshell_rotation_log'
-      call start(place, n, present(vector) .and. present(quaternion), found, code, status)
-      if (.not. allocated(found)) return
-      call hold(environment)
-      do e = 1, n
-         vector(:, e) = 0
-         found(e) = rotation(quaternion(:, e))
-         if (found(e) == status_ok) vector(:, e) = quaternion_to_rotation_vector(unit(quaternion(:, e)))
-      end do
-      call release(environment)
-      if (present(codes)) codes = found
-      code = judge(status, place, n, found)
+      code = each('finshell_rotation_log', n, of_log, 4, quaternion, 4, quaternion, 3, vector, codes, status)
    end function logarithm
 
    function compose(n, a, b, c, codes, status) result(code) bind(c, name='finshell_rotation_compose')
@@ -71,46 +45,17 @@ contains
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      real(c_double) :: product(4)
-      type(environment_t) :: environment
-      integer(c_int32_t), allocatable :: found(:)
-      integer :: e
-      character(len=*), parameter :: place = 'finshell_rotation_compose'
-      call start(place, n, present(a) .and. present(b) .and. present(c), found, code, status)
-      if (.not. allocated(found)) return
-      call hold(environment)
-      do e = 1, n
-         product = 0
-         found(e) = min(rotation(a(:, e)), rotation(b(:, e)))
-         if (found(e) == status_ok) product = quaternion_normalise(quaternion_product(unit(a(:, e)), unit(b(:, e))))
-         c(:, e) = product
-      end do
-      call release(environment)
-      if (present(codes)) codes = found
-      code = judge(status, place, n, found)
+      code = each('finshell_rotation_compose', n, of_product, 4, a, 4, b, 4, c, codes, status)
    end function compose
 
    function update(n, spin, quaternion, codes, status) result(code) bind(c, name='finshell_rotation_update')
       integer(c_int32_t), value :: n
       real(c_double), intent(in), optional :: spin(3, n)
-      real(c_double), intent(inout), optional :: quaternion(4, n)
+      real(c_double), intent(inout), optional, target :: quaternion(4, n)
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      type(environment_t) :: environment
-      integer(c_int32_t), allocatable :: found(:)
-      integer :: e
-      character(len=*), parameter :: place = 'finshell_rotation_update'
-      call start(place, n, present(spin) .and. present(quaternion), found, code, status)
-      if (.not. allocated(found)) return
-      call hold(environment)
-      do e = 1, n
-         found(e) = min(finite(spin(:, e)), rotation(quaternion(:, e)))
-         if (found(e) == status_ok) quaternion(:, e) = update_quaternion(unit(quaternion(:, e)), spin(:, e))
-      end do
-      call release(environment)
-      if (present(codes)) codes = found
-      code = judge(status, place, n, found)
+      code = each('finshell_rotation_update', n, of_update, 3, spin, 4, quaternion, 4, quaternion, codes, status)
    end function update
 
    function matrix(n, quaternion, r, codes, status) result(code) bind(c, name='finshell_rotation_matrix')
@@ -120,21 +65,7 @@ contains
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      type(environment_t) :: environment
-      integer(c_int32_t), allocatable :: found(:)
-      integer :: e
-      character(len=*), parameter :: place = 'finshell_rotation_matrix'
-      call start(place, n, present(quaternion) .and. present(r), found, code, status)
-      if (.not. allocated(found)) return
-      call hold(environment)
-      do e = 1, n
-         r(:, :, e) = 0
-         found(e) = rotation(quaternion(:, e))
-         if (found(e) == status_ok) r(:, :, e) = transpose(quaternion_to_matrix(unit(quaternion(:, e))))
-      end do
-      call release(environment)
-      if (present(codes)) codes = found
-      code = judge(status, place, n, found)
+      code = each('finshell_rotation_matrix', n, of_matrix, 4, quaternion, 4, quaternion, 9, r, codes, status)
    end function matrix
 
    function tangent(n, vector, t, codes, status) result(code) bind(c, name='finshell_rotation_tangent')
@@ -144,42 +75,68 @@ contains
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      type(environment_t) :: environment
-      integer(c_int32_t), allocatable :: found(:)
-      integer :: e
-      character(len=*), parameter :: place = 'finshell_rotation_tangent'
-      call start(place, n, present(vector) .and. present(t), found, code, status)
-      if (.not. allocated(found)) return
-      call hold(environment)
-      do e = 1, n
-         t(:, :, e) = 0
-         found(e) = finite(vector(:, e))
-         if (found(e) == status_ok) t(:, :, e) = transpose(tangent_operator(vector(:, e)))
-      end do
-      call release(environment)
-      if (present(codes)) codes = found
-      code = judge(status, place, n, found)
+      code = each('finshell_rotation_tangent', n, of_tangent, 3, vector, 3, vector, 9, t, codes, status)
    end function tangent
 
-   !> Allocates `found` when there is something to do; otherwise code and status are final.
-   subroutine start(place, n, complete, found, code, status)
+   !> The frame of all functions: an operation on each pair of columns, codes, status. The result may be one of the arguments. Where
+   !> there is none it is zero, or what it was before an update.
+   function each(place, n, operation, na, a, nb, b, nr, made, codes, status) result(code)
       character(len=*), intent(in) :: place
-      integer(c_int32_t), intent(in) :: n
-      logical, intent(in) :: complete
-      integer(c_int32_t), allocatable, intent(out) :: found(:)
-      integer(c_int32_t), intent(out) :: code
+      integer(c_int32_t), intent(in) :: n, na, nb, nr
+      integer, intent(in) :: operation
+      real(c_double), intent(in), optional, target :: a(na, n), b(nb, n)
+      real(c_double), intent(inout), optional, target :: made(nr, n)
+      integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
-      integer :: memory
+      integer(c_int32_t) :: code
+      type(environment_t) :: environment
+      integer(c_int32_t), allocatable :: found(:)
+      real(c_double) :: one(nr)
+      integer :: e, memory
       code = accept(status)
       if (n < 0) then
          code = refuse(status, place, 'n is #, expected a number >= 0', n)
-      else if (n > 0 .and. .not. complete) then
+      else if (n > 0 .and. .not. (present(a) .and. present(b) .and. present(made))) then
          code = refuse(status, place, 'an array is NULL')
       else if (n > 0) then
          allocate (found(n), stat=memory)
          if (memory /= 0) code = refuse_memory(status, place)
       end if
-   end subroutine start
+      if (.not. allocated(found)) return
+      call hold(environment)
+      do e = 1, n
+         one = 0
+         if (operation == of_update) one = made(:, e)
+         call operate(operation, a(:, e), b(:, e), one, found(e))
+         made(:, e) = one
+      end do
+      call release(environment)
+      if (present(codes)) codes = found
+      code = judge(status, place, n, found)
+   end function each
+
+   !> One column of the result; what is wrong with a or b, and then the result is left as it is.
+   pure subroutine operate(operation, a, b, made, found)
+      integer, intent(in) :: operation
+      real(c_double), intent(in) :: a(*), b(*)
+      real(c_double), intent(inout) :: made(*)
+      integer(c_int32_t), intent(out) :: found
+      select case (operation)
+      case (of_exp, of_tangent); found = finite(a(:3))
+      case (of_log, of_matrix); found = rotation(a(:4))
+      case (of_update); found = min(finite(a(:3)), rotation(b(:4)))
+      case default; found = min(rotation(a(:4)), rotation(b(:4)))
+      end select
+      if (found /= status_ok) return
+      select case (operation)
+      case (of_exp); made(:4) = rotation_vector_to_quaternion(a(:3))
+      case (of_tangent); made(:9) = reshape(transpose(tangent_operator(a(:3))), [9])
+      case (of_log); made(:3) = quaternion_to_rotation_vector(unit(a(:4)))
+      case (of_matrix); made(:9) = reshape(transpose(quaternion_to_matrix(unit(a(:4)))), [9])
+      case (of_update); made(:4) = update_quaternion(unit(b(:4)), a(:3))
+      case (of_product); made(:4) = quaternion_normalise(quaternion_product(unit(a(:4)), unit(b(:4))))
+      end select
+   end subroutine operate
 
    pure integer(c_int32_t) function finite(v)
       real(c_double), intent(in) :: v(3)

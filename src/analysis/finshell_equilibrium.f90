@@ -120,6 +120,7 @@ contains
       if (allocated(error)) return
       self%soft = is_soft(structure%sections)
       self%limp = any(structure%sections%membrane)
+      self%crumples = any(structure%sections%membrane .and. .not. structure%sections%wrinkling)
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
 
       self%n = self%equations%n

@@ -281,6 +281,9 @@ contains
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
       if (problem%solver%on_disk()) write (output_unit, '(a)') 'The factors of the matrix were kept on disk.'
+      if (problem%crumples .and. (reporter%descents > 0 .or. reporter%snaps > 0 .or. reporter%unstable > 0)) &
+         write (output_unit, '(a)') 'Membranes bear compression here, and under it they fold from element to element: the result ' &
+         //'depends on the mesh. Let them wrinkle (wrinkling = .true. in &section).'
       do i = 1, size(reporter%gaps)
          write (output_unit, '(a,i0,a)') 'Missing in '//reporter%gaps(i)%name//': ', reporter%gaps(i)%values, &
             ' values, written as NaN: the law ends before the surface, or there is no such layer or fibre (doc/namelist.md).'

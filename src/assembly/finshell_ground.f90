@@ -14,7 +14,7 @@ module finshell_ground
    use finshell_material, only: material_t
    use finshell_registry, only: new_material
    use finshell_section, only: section_t
-   use finshell_mesh, only: mesh_t
+   use finshell_mesh, only: mesh_t, twice_area_vector
    use finshell_equations, only: equations_t
    use finshell_state, only: state_t, new_state
    use finshell_structure, only: structure_t
@@ -96,14 +96,12 @@ contains
       type(equations_t), intent(in) :: equations
       real(wp), intent(in) :: detail
       real(wp), allocatable :: weight(:)
-      real(wp) :: area, a(3), b(3)
+      real(wp) :: area
       integer :: e, i, k
       allocate (weight(equations%n), source=0.0_wp)
       do e = 1, size(mesh%triangles, 2)
          associate (nodes => mesh%triangles(:, e))
-            a = mesh%coordinates(:, nodes(2)) - mesh%coordinates(:, nodes(1))
-            b = mesh%coordinates(:, nodes(3)) - mesh%coordinates(:, nodes(1))
-            area = 0.5_wp*norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)])
+            area = 0.5_wp*norm2(twice_area_vector(mesh, e))
             do i = 1, 3
                do k = 1, n_nodal
                   associate (at => equations%number(k, nodes(i)))

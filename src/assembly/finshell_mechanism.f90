@@ -20,6 +20,18 @@ module finshell_mechanism
    real(wp), parameter :: tolerance = 1.0e-9_wp !< of squared, scaled conditions: below it a motion is free
    character(len=1), parameter :: axis_name(3) = ['x', 'y', 'z']
 
+   interface
+      !> LAPACK: eigenvalues and eigenvectors of a symmetric matrix. It fails for no finite one.
+      pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+         import :: dp
+         character(len=1), intent(in) :: jobz, uplo
+         integer, intent(in) :: n, lda, lwork
+         real(dp), intent(inout) :: a(lda, *)
+         real(dp), intent(out) :: w(*), work(*)
+         integer, intent(out) :: info
+      end subroutine dsyev
+   end interface
+
 contains
 
    !> Raise an error that names the free rigid-body motions, if there are any.
@@ -274,42 +286,16 @@ contains
       end do
    end subroutine null_space
 
-   !> Eigenvalues and eigenvectors of a small symmetric matrix (Jacobi).
+   !> Eigenvalues, ascending, and eigenvectors of a symmetric matrix.
    pure subroutine eigen(matrix, values, vectors)
       real(wp), intent(in) :: matrix(:, :)
       real(wp), intent(out) :: values(:), vectors(:, :)
-      real(wp) :: a(size(values), size(values)), theta, t, c, s, scale, column(size(values))
-      integer :: i, j, sweep, n
-      n = size(values)
+      real(dp) :: a(size(values), size(values)), w(size(values)), work(3*size(values))
+      integer :: info
       a = matrix
-      scale = maxval(abs(a))
-      vectors = 0
-      do i = 1, n
-         vectors(i, i) = 1
-      end do
-      do sweep = 1, 50
-         if (sum(a**2) - sum([(a(i, i)**2, i=1, n)]) <= 1.0e-30_wp*sum(a**2)) exit
-         do i = 1, n - 1
-            do j = i + 1, n
-               ! what is far below rounding would overflow theta
-               if (.not. abs(a(i, j)) > 1.0e-30_wp*scale) cycle
-               theta = (a(j, j) - a(i, i))/(2*a(i, j))
-               t = sign(1.0_wp, theta)/(abs(theta) + sqrt(theta**2 + 1))
-               c = 1/sqrt(t**2 + 1)
-               s = t*c
-               column = a(:, i)
-               a(:, i) = c*column - s*a(:, j)
-               a(:, j) = s*column + c*a(:, j)
-               column = a(i, :)
-               a(i, :) = c*column - s*a(j, :)
-               a(j, :) = s*column + c*a(j, :)
-               column = vectors(:, i)
-               vectors(:, i) = c*column - s*vectors(:, j)
-               vectors(:, j) = s*column + c*vectors(:, j)
-            end do
-         end do
-      end do
-      values = [(a(i, i), i=1, n)]
+      call dsyev('V', 'U', size(w), a, size(w), w, work, size(work), info)
+      values = w
+      vectors = a
    end subroutine eigen
 
    !> Where a null vector of the tangent moves most, in words.

@@ -3,7 +3,7 @@
 module finshell_surface_pressure
    use finshell_caps, only: evaluate_caps
    use finshell_environment, only: environment_t, hold, release
-   use finshell_freedoms, only: n_membrane, n_shell, shell_displacements
+   use finshell_freedoms, only: n_corners, n_membrane, n_nodal, n_shell, ux, uz
    use finshell_kinds, only: wp, i4
    use finshell_pressure, only: enclosed_volume, follower_pressure
    use finshell_status, only: status_collapsed_element, status_invalid_argument, status_not_a_number, status_ok
@@ -57,8 +57,13 @@ contains
             if (present(stiffness)) then
                call follower_pressure(1, pressure(e:e), position, gradient, centre, f, k)
                if (present(normal)) stiffness(:, :, e) = pressure(e)*stiffness(:, :, e)
-               stiffness(shell_displacements, shell_displacements, e) = k(:, :, 1) &
-                                                                        + stiffness(shell_displacements, shell_displacements, e)
+               do j = 0, n_corners - 1
+                  do i = 0, n_corners - 1
+                     associate (part => stiffness(n_nodal*i + ux:n_nodal*i + uz, n_nodal*j + ux:n_nodal*j + uz, e))
+                        part = k(uz*i + ux:uz*i + uz, uz*j + ux:uz*j + uz, 1) + part
+                     end associate
+                  end do
+               end do
                column = 0
                do j = 1, n_shell
                   column = column + 0*stiffness(:, j, e)
@@ -69,7 +74,9 @@ contains
             end if
             if (present(force)) then
                force(:, e) = pressure(e)*force(:, e)
-               force(shell_displacements, e) = f(:, 1) + force(shell_displacements, e)
+               do i = 0, n_corners - 1
+                  force(n_nodal*i + ux:n_nodal*i + uz, e) = f(uz*i + ux:uz*i + uz, 1) + force(n_nodal*i + ux:n_nodal*i + uz, e)
+               end do
                total = total + sum(0*force(:, e))
             end if
             ! an area or a volume that overflows

@@ -3,7 +3,7 @@
 !> What counts as rounding of strains: finshell_strain_floor. Below it a fibre counts as unstretched.
 module finshell_heading
    use finshell_kinds, only: wp, lanes
-   use finshell_freedoms, only: n_corners, n_shell, shell_at, uz
+   use finshell_freedoms, only: n_nodal, n_shell, uz
    use finshell_core, only: heading_t
    use finshell_curved, only: curved_t
    use finshell_filter, only: filter_t
@@ -54,10 +54,10 @@ contains
       integer :: i, k
       largest = 0
       turn = 0
-      do k = 1, n_corners
-         do i = 1, 3
-            largest = max(largest, abs(motion(:, shell_at(k) + i)))
-            turn = max(turn, abs(motion(:, shell_at(k) + uz + i)))
+      do k = 0, n_shell - n_nodal, n_nodal
+         do i = 1, uz
+            largest = max(largest, abs(motion(:, k + i)))
+            turn = max(turn, abs(motion(:, k + uz + i)))
          end do
       end do
       heading%directed = .true.

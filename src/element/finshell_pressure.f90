@@ -5,7 +5,7 @@
 !> 1/6 (x1 - o).((x2 - o) x (x3 - o)); assembled, both forms agree at every node whose elements surround it, and differ on a free
 !> boundary only. Stiffness: d(force)/d(position), so the tangent of the structure is reduced by it.
 module finshell_pressure
-   use finshell_freedoms, only: membrane_at, n_membrane, ux, uz
+   use finshell_freedoms, only: n_membrane
    use finshell_kinds, only: wp
    use finshell_rotation, only: cross_product, spin
    implicit none
@@ -34,13 +34,13 @@ contains
                j = 1 + mod(i, 3)
                k = 1 + mod(i + 1, 3)
                f = (p(e)/6)*cross_product(a(:, j), a(:, k))
-               force(membrane_at(i) + ux:membrane_at(i) + uz, e) = f
+               force(3*i - 2:3*i, e) = f
                if (.not. present(stiffness)) cycle
-               stiffness(membrane_at(i) + ux:membrane_at(i) + uz, membrane_at(i) + ux:membrane_at(i) + uz, e) = 0
+               stiffness(3*i - 2:3*i, 3*i - 2:3*i, e) = 0
                s = (p(e)/6)*spin(a(:, k))
-               stiffness(membrane_at(i) + ux:membrane_at(i) + uz, membrane_at(j) + ux:membrane_at(j) + uz, e) = -s
+               stiffness(3*i - 2:3*i, 3*j - 2:3*j, e) = -s
                s = (p(e)/6)*spin(a(:, j))
-               stiffness(membrane_at(i) + ux:membrane_at(i) + uz, membrane_at(k) + ux:membrane_at(k) + uz, e) = s
+               stiffness(3*i - 2:3*i, 3*k - 2:3*k, e) = s
             end do
          else
             b = x(:, 2, e) - x(:, 1, e)
@@ -49,11 +49,11 @@ contains
             s = (p(e)/6)*spin(c)
             t = (p(e)/6)*spin(b)
             do i = 1, 3
-               force(membrane_at(i) + ux:membrane_at(i) + uz, e) = f
+               force(3*i - 2:3*i, e) = f
                if (.not. present(stiffness)) cycle
-               stiffness(membrane_at(i) + ux:membrane_at(i) + uz, membrane_at(2) + ux:membrane_at(2) + uz, e) = -s
-               stiffness(membrane_at(i) + ux:membrane_at(i) + uz, membrane_at(1) + ux:membrane_at(1) + uz, e) = s - t
-               stiffness(membrane_at(i) + ux:membrane_at(i) + uz, membrane_at(3) + ux:membrane_at(3) + uz, e) = t
+               stiffness(3*i - 2:3*i, 4:6, e) = -s
+               stiffness(3*i - 2:3*i, 1:3, e) = s - t
+               stiffness(3*i - 2:3*i, 7:9, e) = t
             end do
          end if
       end do

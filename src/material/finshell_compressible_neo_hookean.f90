@@ -76,19 +76,14 @@ contains
       real(wp), intent(in) :: e(n, 3)
       real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
       integer(i4), intent(inout) :: status(n)
-      real(wp), dimension(lanes) :: e1, e2, e3, c, f, q, x, c33, energy
+      real(wp), dimension(lanes) :: c, f, q, x, c33, energy
       real(wp) :: a1, a2, a3, k, m, mu, lambda
       integer :: b, i
       mu = self%mu
       lambda = self%lambda
       do b = 0, n - lanes, lanes
-!GCC$ ivdep
-         do i = 1, lanes
-            e1(i) = e(b + i, 1)
-            e2(i) = e(b + i, 2)
-            e3(i) = e(b + i, 3)
-         end do
-         call solve_thickness(mu, lambda, e1, e2, e3, c, f, q, x, c33, energy, status(b + 1:b + lanes))
+         call solve_thickness(mu, lambda, e(b + 1:b + lanes, 1), e(b + 1:b + lanes, 2), e(b + 1:b + lanes, 3), c, f, q, x, c33, &
+                              energy, status(b + 1:b + lanes))
 !GCC$ ivdep
          do i = 1, lanes
             w(b + i) = energy(i)
@@ -97,16 +92,16 @@ contains
 !GCC$ ivdep
          do i = 1, lanes
             k = 2.0_wp*mu*c33(i)*c(i)
-            s(b + i, 1) = mu*(f(i) - x(i) + x(i)*f(i)) - k*e2(i)
-            s(b + i, 2) = mu*(f(i) - x(i) + x(i)*f(i)) - k*e1(i)
-            s(b + i, 3) = 0.5_wp*k*e3(i)
+            s(b + i, 1) = mu*(f(i) - x(i) + x(i)*f(i)) - k*e(b + i, 2)
+            s(b + i, 2) = mu*(f(i) - x(i) + x(i)*f(i)) - k*e(b + i, 1)
+            s(b + i, 3) = 0.5_wp*k*e(b + i, 3)
          end do
          if (level < level_tangent) cycle
 !GCC$ ivdep
          do i = 1, lanes
-            a1 = 1.0_wp + 2.0_wp*e2(i)
-            a2 = 1.0_wp + 2.0_wp*e1(i)
-            a3 = -e3(i)
+            a1 = 1.0_wp + 2.0_wp*e(b + i, 2)
+            a2 = 1.0_wp + 2.0_wp*e(b + i, 1)
+            a3 = -e(b + i, 3)
             m = 2.0_wp*mu*c33(i)*c(i)*c(i)
             k = m*(lambda/(lambda + 2.0_wp*mu*c33(i)) + 1.0_wp)
             ! C^-1 (.) C^-1 and C^-1 (x) C^-1 differ by det A = det C in two components only
@@ -126,19 +121,14 @@ contains
       real(wp), intent(in) :: e(n, 3)
       real(wp), intent(inout) :: l(n), dl(n, 3), ddl(n, 6)
       integer(i4), intent(inout) :: status(n)
-      real(wp), dimension(lanes) :: e1, e2, e3, c, f, q, x, c33, energy
+      real(wp), dimension(lanes) :: c, f, q, x, c33, energy
       real(wp) :: a1, a2, a3, k, m, mu, lambda, r, phi
       integer :: b, i
       mu = self%mu
       lambda = self%lambda
       do b = 0, n - lanes, lanes
-!GCC$ ivdep
-         do i = 1, lanes
-            e1(i) = e(b + i, 1)
-            e2(i) = e(b + i, 2)
-            e3(i) = e(b + i, 3)
-         end do
-         call solve_thickness(mu, lambda, e1, e2, e3, c, f, q, x, c33, energy, status(b + 1:b + lanes))
+         call solve_thickness(mu, lambda, e(b + 1:b + lanes, 1), e(b + 1:b + lanes, 2), e(b + 1:b + lanes, 3), c, f, q, x, c33, &
+                              energy, status(b + 1:b + lanes))
 !GCC$ ivdep
          do i = 1, lanes
             l(b + i) = sqrt(c33(i))
@@ -147,9 +137,9 @@ contains
 !GCC$ ivdep
          do i = 1, lanes
             ! dl = -phi C^-1, phi = lambda l/(lambda + 2 mu l^2), by differentiating the plane-stress condition
-            a1 = 1.0_wp + 2.0_wp*e2(i)
-            a2 = 1.0_wp + 2.0_wp*e1(i)
-            a3 = -e3(i)
+            a1 = 1.0_wp + 2.0_wp*e(b + i, 2)
+            a2 = 1.0_wp + 2.0_wp*e(b + i, 1)
+            a3 = -e(b + i, 3)
             r = lambda/(lambda + 2.0_wp*mu*c33(i))
             phi = r*l(b + i)*c(i)
             dl(b + i, 1) = -phi*a1
@@ -159,9 +149,9 @@ contains
          if (level < level_tangent) cycle
 !GCC$ ivdep
          do i = 1, lanes
-            a1 = 1.0_wp + 2.0_wp*e2(i)
-            a2 = 1.0_wp + 2.0_wp*e1(i)
-            a3 = -e3(i)
+            a1 = 1.0_wp + 2.0_wp*e(b + i, 2)
+            a2 = 1.0_wp + 2.0_wp*e(b + i, 1)
+            a3 = -e(b + i, 3)
             r = lambda/(lambda + 2.0_wp*mu*c33(i))
             phi = r*l(b + i)*c(i)
             m = 2.0_wp*phi*c(i)

@@ -6,6 +6,7 @@ module finshell_mesh
    use finshell_kinds, only: wp, i8
    use finshell_error, only: text_of
    use finshell_mesh_sorting, only: sorted_unique
+   use finshell_rotation, only: cross_product
    implicit none
    private
    public :: set_t, edge_set_t, mesh_t
@@ -228,7 +229,7 @@ contains
          a = x(:, t(2)) - x(:, t(1))
          b = x(:, t(3)) - x(:, t(1))
       end associate
-      n = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+      n = cross_product(a, b)
    end function twice_area_vector
 
    !> 'node 3', with its tag in the file where that is another number.

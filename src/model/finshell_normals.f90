@@ -8,7 +8,7 @@
 module finshell_normals
    use finshell_kinds, only: wp, dp, i8
    use finshell_rotation, only: cross_product
-   use finshell_mesh, only: mesh_t
+   use finshell_mesh, only: mesh_t, twice_area_vector
    use finshell_mesh_sorting, only: sorted_order
    implicit none
    private
@@ -84,9 +84,7 @@ contains
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: e
       real(wp) :: n(3)
-      associate (x => mesh%coordinates(:, mesh%triangles(:, e)))
-         n = cross_product(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
-      end associate
+      n = twice_area_vector(mesh, e)
       n = n/norm2(n)
    end function facet_normal
 

@@ -17,6 +17,7 @@ module finshell_descent
    use finshell_equations, only: field_displacement
    use finshell_factor, only: factor_at, by_load_factor
    use finshell_problem, only: problem_t
+   use finshell_state, only: state_t
    use finshell_step, only: convergence_t
    use finshell_convergence, only: residual_ratio, correction_ratio
    use finshell_control, only: arc_norm
@@ -50,6 +51,9 @@ module finshell_descent
    !> than the second to what K predicts, a falls; farther than the third, it rises.
    real(wp), parameter :: too_far = -0.5_wp, as_predicted = 0.25_wp, surprise = 0.5_wp
    real(wp), parameter :: negligible = 1.0e-3_wp !< a relative to the curvature of the energy along the correction
+   real(wp), parameter :: lent = 1.0e-3_wp !< part of the stand-in that `lean` has in the matrix
+   real(wp), parameter :: closer = 1.0e-3_wp !< part of the tolerance of the residual that it asks for
+   real(wp), parameter :: steeply = 0.02_wp !< fall of the residual in an iteration while it goes on
    !> The first a where the matrix is singular makes this part of the largest force of a displacement of the size of the structure.
    real(wp), parameter :: least_inertia = 1.0e-12_wp
    real(wp), parameter :: shortest = 1.0e-8_wp !< stride; below it there is a wall
@@ -76,6 +80,10 @@ contains
       if (.not. limit > 0) limit = longest_stride
       allocate (increment(problem%n))
       if (present(scaling)) course%scaling = scaling
+      if (problem%limp .and. .not. problem%crumples) then
+         call lean(problem, target, settings, mean_levels, course%scaling, result)
+         if (result%converged) return
+      end if
       a = 0
       falls = fall
       call problem%evaluate(.true., error, scaling=scaling)
@@ -132,6 +140,55 @@ contains
          result%reason = reason
       end subroutine give_up
    end subroutine descend
+
+   !> Newton's iteration with a small part of the stand-in in the matrix, and exact forces, as long as it converges fast.
+   !>
+   !> A sheet that wrinkles and is pulled along one direction has next to no stiffness across while it is narrower than its
+   !> natural width, and is in equilibrium at the kink where it becomes taut: there the tangent sends a correction far over to the
+   !> other side. With the stand-in it stays near. As next to nothing acts on the width, the residual is small on both sides, and
+   !> it is asked to be much smaller than elsewhere. Where it does not fall fast the descent goes on from the best state.
+   subroutine lean(problem, target, settings, mean_levels, scaling, result)
+      class(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: target, mean_levels(2)
+      type(convergence_t), intent(in) :: settings
+      integer, intent(in) :: scaling
+      type(newton_result_t), intent(inout) :: result
+      type(error_t), allocatable :: error
+      type(state_t) :: best
+      real(wp), allocatable :: x(:), increment(:)
+      real(wp) :: change, before
+      logical :: fast
+      best = problem%state
+      before = huge(before)
+      fast = .true.
+      allocate (x(problem%n), increment(problem%n))
+      call problem%evaluate(.true., error, lent, scaling=scaling)
+      do while (fast .and. .not. allocated(error))
+         change = target - factor_at(problem%state, scaling)
+         if (result%iterations == 0) result%first_change = change
+         result%iterations = result%iterations + 1
+         result%regularised = result%regularised + 1
+         call problem%factorise(error)
+         if (.not. allocated(error)) call problem%solve(problem%residual + change*problem%rate, x, error)
+         if (allocated(error)) exit
+         if (problem%negative_pivots > 0 .or. .not. all(ieee_is_finite(x))) exit
+         call problem%move(x, change, scaling=scaling)
+         call problem%evaluate(.true., error, lent, scaling=scaling)
+         if (allocated(error)) exit
+         call problem%increment(increment)
+         result%correction = correction_ratio(x, increment, problem%field, problem%size, problem%detail)
+         result%residual = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], &
+                                          mean_levels, problem%size, problem%detail)
+         result%converged = result%residual <= closer*settings%residual .and. result%correction <= settings%correction
+         if (result%converged) return
+         if (.not. result%residual < before) exit
+         best = problem%state
+         fast = result%residual <= steeply*before
+         before = result%residual
+      end do
+      problem%state = best
+      result%regularised = 0
+   end subroutine lean
 
    !> Solve for the correction, with a large enough for a positive definite matrix and a stride within the limit.
    subroutine find_course(problem, target, limit, most, a, course, result, ok)

@@ -23,7 +23,8 @@ module finshell_diagnosis
       real(wp) :: way = huge(1.0_wp) !< change of the factor to a limit point that the path points to; huge: to none
       real(wp) :: size = 0 !< of the first attempt
       real(wp) :: slenderness = huge(1.0_wp) !< least thickness over the size of the structure
-      logical :: soft = .false. !< a law has no stiffness in shear in its reference state
+      logical :: soft = .false. !< a law, or a membrane, has no stiffness in its reference state
+      logical :: crumples = .false. !< there are membranes that bear compression
       logical :: constant = .false. !< constant loads and supports come in
       real(wp) :: laboured = 0 !< increments that failed at first, the last ones counting most
       integer :: attempts = 0
@@ -114,11 +115,14 @@ contains
          text = 'thickness over size is '//text_of(real(facts%slenderness, dp))//': the stiffness in bending is all but ' &
             //"lost in the rounding of that in the surface; take tolerance = 'tight' with mixed = .true., a thicker shell " &
             //'or a smaller part of it'
+      else if (facts%crumples .and. (facts%code == status_not_converged .or. max(facts%pivots, facts%tried_pivots) > 0)) then
+         text = 'membranes bear compression here, and under it they fold from element to element, with no end: let them wrinkle ' &
+            //"(wrinkling = .true. in &section); if they are taut everywhere, take control = 'arc_length' or 'volume'"
       else if (max(facts%pivots, facts%tried_pivots) > 0) then
          text = buckling(facts)
       else if (facts%increment == 0 .and. facts%soft) then
-         text = 'the law has no stiffness before it is stretched: begin with a small load that stretches it (constant = .true.), ' &
-            //'or a smaller first_increment'
+         text = 'a law, or a membrane, has no stiffness before it is stretched: begin with a small load that stretches it ' &
+            //'(constant = .true.), or a smaller first_increment'
       else if (facts%code == status_not_converged) then
          text = "nothing that is known here says why: try mixed = .true. (thin shells in bending), control = 'arc_length', " &
             //'or a smaller first_increment'

@@ -97,6 +97,13 @@ contains
                result%first = tangent_of(x/change, problem%rate, problem%motion_stiffness, problem%field, change)
             end if
          end if
+         if (problem%limp .and. .not. problem%crumples .and. constraint%control == control_load) then
+            ! a wrinkled tube under pressure has none of its stiffness left: Newton's method leads to radius zero
+            if (dot_product(problem%residual + change*problem%rate, x) < 0) then
+               call give_up(result, status_not_converged, 'a correction leads up in energy')
+               return
+            end if
+         end if
          if (result%stand_in > 0) then
             complete = .false.
             result%regularised = result%regularised + 1

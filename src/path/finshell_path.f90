@@ -159,7 +159,7 @@ contains
          failure = failure_t(control=step%control, increment=self%increments, pivots=self%stability%negative_pivots, &
                              factor=factor_at(problem%state, step%scaling), way=self%history%way_to_limit(), size=attempt%size, &
                              slenderness=problem%slenderness, soft=problem%soft, constant=step%scaling == by_constant_factor, &
-                             laboured=fading*self%laboured + 1)
+                             laboured=fading*self%laboured + 1, crumples=problem%crumples)
          do
             call self%try(problem, step, targets, attempt, result)
             record%iterations = record%iterations + result%iterations

@@ -31,6 +31,7 @@ module finshell_problem
       logical :: soft = .false.
       !> There are parts without stiffness in the reference state where rounding may hide it: membranes.
       logical :: limp = .false.
+      logical :: crumples = .false. !< there are membranes that bear compression: under it they fold from element to element
       real(wp), allocatable :: weight(:) !< (n) a lumped mass of density 1, for a descent (finshell_descent)
 
       ! Left by `evaluate`:

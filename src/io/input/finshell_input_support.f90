@@ -5,6 +5,7 @@ module finshell_input_support
    use finshell_error, only: error_t, raise
    use finshell_equations, only: equations_t, new_equations
    use finshell_mesh, only: mesh_t
+   use finshell_rotation, only: cross_product
    use finshell_support, only: support_t, support_components, support_clamp, support_hinge, support_symmetry
    use finshell_support, only: axes_given, axes_cylindrical
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
@@ -113,8 +114,7 @@ contains
          second = second/norm2(second)
          support%axes(:, 1) = first
          support%axes(:, 2) = second
-         support%axes(:, 3) = [first(2)*second(3) - first(3)*second(2), first(3)*second(1) - first(1)*second(3), &
-            first(1)*second(2) - first(2)*second(1)]
+         support%axes(:, 3) = cross_product(first, second)
       case ('cylindrical')
          support%axes_kind = axes_cylindrical
          call get_vector(group, 'axis', support%axis, error, nonzero=.true.)

@@ -5,7 +5,7 @@
 !> empty value, a key given twice in a group or a string over several lines is an error.
 module finshell_namelist_parser
    use finshell_error, only: error_t, text_of
-   use finshell_text, only: is_name, lower_case
+   use finshell_text, only: figures, is_name, lower_case
    use finshell_namelist_scanner, only: cursor_t, check_characters, skip_space, take_word, take_string, at_key, next, excerpt
    use finshell_namelist_scanner, only: complain
    implicit none
@@ -245,7 +245,7 @@ contains
          call take_word(here, word)
          star = index(word, '*')
          if (star > 1) then
-            if (verify(word(:star - 1), '0123456789') == 0) then
+            if (verify(word(:star - 1), figures) == 0) then
                read (word(:star - 1), *, iostat=status) repeats
                if (status /= 0 .or. repeats < 1 .or. repeats > most_values) then
                   call complain(here, value%line, where_it_is//"the repeat count of '"//word//"' must lie between 1 and " &

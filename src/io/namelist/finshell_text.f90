@@ -6,6 +6,9 @@ module finshell_text
    implicit none
    private
    public :: read_whole_file, lower_case, is_letter, is_digit, is_blank, is_name, parse_integer, parse_real, nearest_name
+   public :: figures
+
+   character(len=*), parameter :: figures = '0123456789'
 
 contains
 
@@ -88,7 +91,7 @@ contains
       if (len(word) == 0 .or. len(word) > 20) return
       first = 1
       if (word(1:1) == '+' .or. word(1:1) == '-') first = 2
-      if (first > len(word) .or. verify(word(first:), '0123456789') /= 0) return
+      if (first > len(word) .or. verify(word(first:), figures) /= 0) return
       read (word, '(i20)', iostat=status) value
       ok = status == 0
    end subroutine parse_integer
@@ -120,9 +123,9 @@ contains
       if (i <= len(word)) then
          if (scan(word(i:i), 'eEdD') == 0) return
          if (i == len(word) .or. len(word) - i > 6) return
-         if (verify(word(i + 1:i + 1), '+-0123456789') /= 0) return
+         if (verify(word(i + 1:i + 1), '+-'//figures) /= 0) return
          if (len(word) > i + 1) then
-            if (verify(word(i + 2:), '0123456789') /= 0) return
+            if (verify(word(i + 2:), figures) /= 0) return
          else if (.not. is_digit(word(i + 1:i + 1))) then
             return
          end if
