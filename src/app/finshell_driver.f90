@@ -205,6 +205,7 @@ contains
          ' (column snap of the history): what follows may lie on another branch. Follow the path by arc-length to see it.'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
+      if (problem%solver%on_disk()) write (output_unit, '(a)') 'The factors of the matrix were kept on disk.'
       if (problem%crumples .and. (reporter%descents > 0 .or. reporter%snaps > 0 .or. reporter%unstable > 0)) &
          write (output_unit, '(a)') 'Membranes bear compression here, and under it they fold from element to element: the result ' &
          //'depends on the mesh. Let them wrinkle (wrinkling = .true. in &section).'

@@ -50,7 +50,9 @@ contains
       integer :: threads, status
       threads = max(wanted, 1)
       !$ if (wanted == 0) threads = omp_get_max_threads()
-      !$ if (threads > 1 .and. .not. omp_in_parallel()) status = omp_pause_resource_all(omp_pause_soft)
+      if (threads > 1) then
+         !$ if (.not. omp_in_parallel()) status = omp_pause_resource_all(omp_pause_soft)
+      end if
       call set_blas_threads(threads)
    end subroutine to_blas
 

@@ -154,6 +154,8 @@ contains
          if (pivots%ok) pivots%ok = all(abs(d) > 0)
       end if
       if (.not. pivots%ok) then
+         ! Another solver will take over, perhaps: its factor shall find room.
+         if (lower) done = cholmod_change_factor(cholmod_pattern, 1, 1, 1, 1, self%definite, self%common)
          self%current = c_null_ptr
          return
       end if

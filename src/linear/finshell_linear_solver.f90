@@ -12,7 +12,7 @@
 module finshell_linear_solver
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use finshell_blas_threads, only: to_blas, to_openmp
-   use finshell_back_ends, only: choose_solvers, lack_of_solver
+   use finshell_back_ends, only: can_work_on_disk, choose_solvers, lack_of_solver
    use finshell_direct_solver, only: direct_solver_t, pivots_t, solver_options_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_gmres, only: factored_t
@@ -118,11 +118,14 @@ contains
          return
       end if
       if (.not. self%first%definite_only .and. allocated(self%second)) deallocate (self%second)
-      ! What does not fit in memory goes to a solver that can work on disk, in the order that was found.
-      if (self%first%on_disk .or. self%first%memory() < memory_left(self%options%memory)) return
+      ! What may not fit in memory goes to a solver that works on disk if it does not, in the order that was found.
+      if (shared(self%pattern%team) .or. self%first%on_disk .or. self%first%memory() < memory_left(self%options%memory)) return
       with_disk = self%options
-      with_disk%out_of_core = .true.
-      if (lack_of_solver(with_disk, shared(self%pattern%team)) /= '') return
+      if (allocated(with_disk%solver)) then
+         if (with_disk%solver == 'suitesparse') return
+      end if
+      if (.not. can_work_on_disk()) return
+      with_disk%solver = 'mumps'
       call choose_solvers(with_disk, self%pattern%symmetric, shared(self%pattern%team), other, self%second)
       call self%first%free()
       call move_alloc(other, self%first)

@@ -52,12 +52,13 @@ class Solver(unittest.TestCase):
 
     def history(self, keys):
         """Rows of the history, or None where the build lacks the solver, which it says."""
-        code, _, err = self.run_text(f"&job {keys} name = 'model' threads = 1 /\n" + ROOF, "run", "-q")
+        code, out, err = self.run_text(f"&job {keys} name = 'model' threads = 1 /\n" + ROOF, "run", "-q")
         if "was built without" in err:
             self.assertRegex(err, r"^finshell: model.nml:1: &job: this finshell was built without (MUMPS|SuiteSparse)")
             self.assertEqual(code, 2)
             return None
         self.assertEqual((code, err), (0, ""), keys)
+        self.assertEqual("kept on disk" in out, "out_of_core" in keys)
         with (Path(self.folder.name) / "model.history.csv").open() as file:
             return list(csv.DictReader(file))
 
