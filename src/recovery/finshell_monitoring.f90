@@ -219,7 +219,8 @@ contains
       end associate
    end function stored_energy
 
-   !> Part of the energy of sheets that wrinkle which they hold by what is left of their stiffness against compression (finshell_slack).
+   !> Part of the energy of sheets that wrinkle which they hold by what is left of their stiffness against compression
+   !> (finshell_slack).
    function slack_share(problem) result(share)
       type(equilibrium_t), intent(in) :: problem
       real(wp) :: share

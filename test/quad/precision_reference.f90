@@ -1,4 +1,5 @@
-!> The elements of `precision_sample` or `precision_axes` in quadruple precision, from the same doubles: how many digits double precision kept.
+!> The elements of `precision_sample` or `precision_axes` in quadruple precision, from the same doubles: how many digits double
+!> precision kept.
 !>
 !>     precision_reference FILE [all]
 !>
