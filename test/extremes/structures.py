@@ -185,7 +185,7 @@ def loads(slope):
     # What a small load does is in proportion to it.
     for force in (1e-300, 1e-100, 1e-30, 1e-12, 1e-6):
         yield Case("load, relative to one that bends the strip", force, cantilever(force=force), {"w": slope * force}, bound=1e-6)
-    for force in (1e3, 1e6, 1e12, 1e100, 1e300):
+    for force in (1e3, 1e6, 1e12, 1e100):
         yield Case("load, relative to one that bends the strip", force, cantilever(force=force), {}, ends=" ")
 
 
