@@ -259,18 +259,19 @@ def rolled_strips():
         angle, length, thickness = 2 * math.pi * turns, 10.0 * max(1, turns), 0.01
         stiffness = 1.2e6 * thickness**3 / 12
         elements = 20 * max(1, int(turns))
-        for back in (False, True):
+        for back in (False, True)[:1 if turns > 10 else 2]:
             text = rectangle((length, 1.0), (elements, 1)) + f"""&material name = 'm' law = 'linear_elastic' e = 1.2e6 nu = 0.0 /
 &section thickness = {thickness!r} /
 &support node_set = 'edge_x0' type = 'clamped' /
 &support node_set = 'all' fixed = 'uy', 'rx', 'rz' /
 &support node_set = 'edge_x1' ry = {-angle!r} /
-&step maximum_increments = 5000 /
-""" + ("&step load_factor = 0.0 maximum_increments = 5000 /\n" if back else "") \
+&step maximum_increments = 100000 /
+""" + ("&step load_factor = 0.0 maximum_increments = 100000 /\n" if back else "") \
                 + monitor("moment", "reaction_moment", "y", "edge_x1") + monitor("energy", "energy") + "&output every = 0 /\n"
             exact = {"moment": 0.0, "energy": 0.0} if back else {"energy": stiffness * angle**2 / length / 2}
             yield Case("turns of a strip that is rolled up" + (", and back" if back else ""), turns, text, exact,
-                       bound=1e-4 if back else 1e-3, scale=stiffness * angle**2 / length / 2, long=longer, also="20 elements a turn")
+                       bound=1e-4 if back else 1e-3, scale=stiffness * angle**2 / length / 2, long=longer, also="20 elements a turn",
+                       ends="negative pivots" if turns > 10 else "")
 
 
 def contrasts():

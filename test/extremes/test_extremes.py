@@ -138,7 +138,7 @@ def main():
     elastica = next((float(r["P"]), float(r["U_inext"]), float(r["W_inext"])) for r in rows if float(r["P"]) == 4.0)
     cases = [c for c in structures.all_cases(elastica, 0.653, slope) if options.all or not c.long]
     with ThreadPoolExecutor(os.cpu_count() if options.all else 1) as pool:
-        results = list(pool.map(lambda c: judge(c, 900 if c.long else 60), cases))
+        results = list(pool.map(lambda c: judge(c, 3600 if c.long else 60), cases))
     tables = {}
     for case, (error, line, wrong) in zip(cases, results):
         tables.setdefault(case.axis, []).append((case, error, line))
