@@ -23,7 +23,7 @@ test: ## Build and run all tests
 	@$(MAKE) --no-print-directory configure compile
 	ctest --preset $(PRESET) -j $(JOBS)
 
-test-extremes: ## All extremes: 100 000 random elements in quadruple precision, structures, damaged inputs; writes doc/extremes.md (an hour)
+test-extremes: ## All extremes: 100 000 random elements in quadruple precision, structures, damaged inputs; writes doc/extremes.md (ten minutes)
 	@tools/install_dependencies build test
 	@$(MAKE) --no-print-directory configure compile
 	FINSHELL_PRECISION_BLOCKS=$${FINSHELL_PRECISION_BLOCKS:-400} FINSHELL_FUZZ=$${FINSHELL_FUZZ:-5000} ctest --preset $(PRESET) -R '^(precision|fuzz)\.|capi_fuzz' -V --timeout 3600
