@@ -161,8 +161,6 @@ contains
          if (likely) guess = .false.
          if (choose) mixed = is_wild(result%residual)
          if (allocated(error)) then
-         end if
-         if (allocated(error)) then
             call give_up(result, error%code, error%message)
             return
          end if
