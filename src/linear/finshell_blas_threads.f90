@@ -6,6 +6,7 @@ module finshell_blas_threads
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_null_char, &
                                           c_null_ptr, c_ptr
    use finshell_kinds, only: dp
+   use finshell_lapack, only: dpotrf
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel, omp_pause_resource_all, omp_pause_soft
    implicit none
    private
@@ -19,16 +20,6 @@ module finshell_blas_threads
          character(kind=c_char), intent(in) :: symbol(*)
          type(c_funptr) :: address
       end function dlsym
-   end interface
-
-   interface
-      subroutine dpotrf(uplo, n, a, lda, info)
-         import :: dp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, lda
-         real(dp), intent(inout) :: a(lda, *)
-         integer, intent(out) :: info
-      end subroutine dpotrf
    end interface
 
    abstract interface

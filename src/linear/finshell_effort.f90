@@ -2,19 +2,10 @@
 module finshell_effort
    use, intrinsic :: iso_fortran_env, only: int64
    use finshell_kinds, only: dp
+   use finshell_lapack, only: dpotrf
    implicit none
    private
    public :: factorisation_seconds
-
-   interface
-      subroutine dpotrf(uplo, n, a, lda, info)
-         import :: dp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, lda
-         real(dp), intent(inout) :: a(lda, *)
-         integer, intent(out) :: info
-      end subroutine dpotrf
-   end interface
 
 contains
 

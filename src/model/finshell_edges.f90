@@ -4,7 +4,7 @@ module finshell_edges
    use finshell_mesh_sorting, only: sorted_order
    implicit none
    private
-   public :: edges_t, new_edges, find_edge
+   public :: edges_t, new_edges, find_edge, edge_key
 
    type :: edges_t
       integer, allocatable :: nodes(:, :) !< (2, edges) the smaller number first, in ascending order
@@ -24,7 +24,7 @@ contains
       allocate (ends(size(triangles)))
       do e = 1, size(triangles, 2)
          do k = 1, 3
-            ends(3*(e - 1) + k) = pair(triangles(k, e), triangles(1 + mod(k, 3), e))
+            ends(3*(e - 1) + k) = edge_key(triangles(k, e), triangles(1 + mod(k, 3), e))
          end do
       end do
       order = sorted_order(ends)
@@ -54,12 +54,12 @@ contains
       integer, intent(in) :: i, j
       integer(i8) :: wanted, here
       integer :: low, high
-      wanted = pair(i, j)
+      wanted = edge_key(i, j)
       low = 1
       high = size(edges%nodes, 2)
       do while (low <= high)
          edge = low + (high - low)/2
-         here = pair(edges%nodes(1, edge), edges%nodes(2, edge))
+         here = edge_key(edges%nodes(1, edge), edges%nodes(2, edge))
          if (here == wanted) return
          if (here < wanted) low = edge + 1
          if (here > wanted) high = edge - 1
@@ -67,8 +67,9 @@ contains
       edge = 0
    end function find_edge
 
-   pure integer(i8) function pair(i, j)
+   !> A number for each pair of nodes, whatever their order.
+   pure integer(i8) function edge_key(i, j)
       integer, intent(in) :: i, j
-      pair = ishft(int(min(i, j), i8), 31) + max(i, j)
-   end function pair
+      edge_key = ishft(int(min(i, j), i8), 31) + max(i, j)
+   end function edge_key
 end module finshell_edges

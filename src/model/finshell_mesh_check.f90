@@ -3,6 +3,7 @@ module finshell_mesh_check
    use finshell_kinds, only: wp, dp, i8
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_input_error, status_degenerate_reference, status_not_a_number
+   use finshell_edges, only: edge_key
    use finshell_mesh, only: mesh_t, set_t, edge_set_t, mesh_size, twice_area_vector, node_text, element_text
    use finshell_mesh_sorting, only: sorted_order, position_in_sorted
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -146,7 +147,7 @@ contains
          do k = 1, 3
             a = mesh%triangles(k, e)
             b = mesh%triangles(mod(k, 3) + 1, e)
-            key(3*(e - 1) + k) = edge_key(mesh, a, b)
+            key(3*(e - 1) + k) = edge_key(a, b)
          end do
       end do
       order = sorted_order(key)
@@ -203,13 +204,6 @@ contains
       end function same_nodes
    end subroutine check_edges
 
-   !> A number for each pair of nodes, whatever their order.
-   pure integer(i8) function edge_key(mesh, a, b)
-      type(mesh_t), intent(in) :: mesh
-      integer, intent(in) :: a, b
-      edge_key = int(min(a, b), i8)*(size(mesh%coordinates, 2) + 1_i8) + max(a, b)
-   end function edge_key
-
    !> What carries a line load must be an edge of the shell, and be there once.
    pure subroutine check_edge_set(mesh, set, key, error)
       type(mesh_t), intent(in) :: mesh
@@ -221,7 +215,7 @@ contains
       integer :: i, bad
 
       do i = 1, size(own)
-         own(i) = edge_key(mesh, set%edges(1, i), set%edges(2, i))
+         own(i) = edge_key(set%edges(1, i), set%edges(2, i))
          if (position_in_sorted(key, own(i)) > 0) cycle
          call raise(error, status_input_error, 'mesh: '//pair(i)//', which is no edge of an element')
          return
