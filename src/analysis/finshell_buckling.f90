@@ -6,7 +6,7 @@
 !> tension only count for K where the linear solution stretches them (finshell_linear_step), first that of the constant loads.
 module finshell_buckling
    use finshell_kinds, only: wp, dp
-   use finshell_freedoms, only: n_nodal, rx, ux, uz
+   use finshell_freedoms, only: n_nodal
    use finshell_arpack, only: pencil_t, lanczos
    use finshell_assembly, only: predict_stress
    use finshell_batch, only: n_resultants
@@ -15,12 +15,14 @@ module finshell_buckling
    use finshell_equilibrium, only: equilibrium_t
    use finshell_linear_solver, only: linear_solver_t
    use finshell_linear_step, only: linear_motion, report_change
+   use finshell_mode, only: ascending, normalise_mode
    use finshell_observer, only: observer_t
-   use finshell_sparsity, only: sparsity_t, new_sparsity
+   use finshell_sparsity, only: sparsity_t
    use finshell_state, only: linear_change_t
    use finshell_status, only: status_invalid_argument, status_not_converged, status_singular_matrix
    use finshell_step, only: step_t, control_buckling
-   use finshell_team, only: largest_of, shared
+   use finshell_symmetric_matrix, only: make_symmetric, symmetric_pattern
+   use finshell_team, only: largest_of
    implicit none
    private
    public :: solve_buckling, buckling_matrices
@@ -50,6 +52,7 @@ contains
       type(linear_change_t) :: change
       real(dp), allocatable :: factors(:), modes(:, :)
       real(dp) :: shift
+      real(wp) :: scale
       integer, allocatable :: order(:)
       integer :: i, solutions
 
@@ -60,7 +63,7 @@ contains
          return
       end if
       call buckling_matrices(problem, pencil%stiffness, pencil%geometric, change%toward, solutions, error)
-      if (.not. allocated(error)) call make_symmetric(problem, pencil, error)
+      if (.not. allocated(error)) call take_symmetric(problem, pencil, error)
       pencil%solver%options = problem%solver%options
       if (.not. allocated(error)) call pencil%solver%analyse(pencil%pattern, error, problem%solver)
       if (allocated(error)) return
@@ -77,7 +80,8 @@ contains
       allocate (change%motion(n_nodal, size(problem%equations%number, 2)))
       do i = 1, size(order)
          call scatter(problem%equations, modes(:, order(i)), change%motion)
-         call normalise(change)
+         call normalise_mode(change%motion, scale)
+         change%energy = 0.5_wp*scale**2 ! modes have unit length in K
          call report_change(problem, change, problem%state%load_factor + factors(order(i)), control_buckling, &
                             merge(solutions, 0, i == 1), observer, error)
          if (allocated(error)) exit
@@ -119,48 +123,20 @@ contains
       call problem%restore()
    end subroutine buckling_matrices
 
-   !> A pressure whose edge slides in planes has a symmetric stiffness too, though not element by element.
-   subroutine make_symmetric(problem, pencil, error)
+   !> Both matrices in symmetric storage. Error: a pressure that is not conservative.
+   subroutine take_symmetric(problem, pencil, error)
       type(equilibrium_t), intent(in) :: problem
       type(buckling_pencil_t), intent(inout) :: pencil
       type(error_t), allocatable, intent(out) :: error
       real(dp), parameter :: rounding = 1.0e-9_dp
-      type(sparsity_t) :: full
-      real(dp), allocatable :: k(:), g(:)
       real(dp) :: difference
-      integer :: i, j, p, lower, upper
-
-      associate (triangles => problem%structure%mesh%triangles(:, problem%own_elements))
-         call new_sparsity(pencil%pattern, triangles, problem%equations%number, .true., error, problem%team)
-         if (allocated(error) .or. problem%external%symmetric) return
-         if (shared(problem%team)) then
-            call raise(error, status_invalid_argument, 'buckling under pressures whose edges slide in planes runs on one process ' &
-               //'only: take finshell instead of finshell_mpi')
-            return
-         end if
-         call new_sparsity(full, triangles, problem%equations%number, .false., error)
-      end associate
+      call symmetric_pattern(problem, 'buckling', pencil%pattern, error)
+      if (.not. allocated(error)) call make_symmetric(problem, pencil%pattern, pencil%stiffness, difference, error)
+      if (.not. allocated(error)) call make_symmetric(problem, pencil%pattern, pencil%geometric, difference, error)
       if (allocated(error)) return
-      allocate (k(pencil%pattern%entries()), g(pencil%pattern%entries()))
-      difference = 0
-      do j = 1, pencil%pattern%n
-         do p = pencil%pattern%column_pointer(j), pencil%pattern%column_pointer(j + 1) - 1
-            i = pencil%pattern%row(p)
-            lower = full%find(i, j)
-            upper = full%find(j, i)
-            k(p) = 0.5_dp*(pencil%stiffness(lower) + pencil%stiffness(upper))
-            g(p) = 0.5_dp*(pencil%geometric(lower) + pencil%geometric(upper))
-            difference = max(difference, abs(pencil%geometric(lower) - pencil%geometric(upper)))
-         end do
-      end do
-      if (difference > rounding*maxval(abs(g))) then
-         call raise(error, status_invalid_argument, 'buckling: the pressure is not conservative, as part of the edge of the ' &
-            //'pressurised elements is free to move')
-         return
-      end if
-      call move_alloc(k, pencil%stiffness)
-      call move_alloc(g, pencil%geometric)
-   end subroutine make_symmetric
+      if (difference > rounding*maxval(abs(pencil%geometric))) call raise(error, status_invalid_argument, 'buckling: the ' &
+         //'pressure is not conservative, as part of the edge of the pressurised elements is free to move')
+   end subroutine take_symmetric
 
    !> Load factors (counted from the state) and modes.
    subroutine find_modes(pencil, wanted, load_factor, shift, factors, modes, error)
@@ -268,35 +244,4 @@ contains
       real(dp), intent(inout), contiguous :: y(:)
       call self%pattern%multiply(self%stiffness, x, y)
    end subroutine metric
-
-   !> Largest displacement of a node 1, its largest component positive; stored energy of the mode, which has unit length in K.
-   pure subroutine normalise(change)
-      type(linear_change_t), intent(inout) :: change
-      real(wp) :: scale
-      integer :: k, node, first
-      first = ux
-      if (.not. any(abs(change%motion(ux:uz, :)) > 0)) first = rx
-      node = maxloc(sum(change%motion(first:first + 2, :)**2, dim=1), 1)
-      k = maxloc(abs(change%motion(first:first + 2, node)), 1)
-      scale = sign(1/norm2(change%motion(first:first + 2, node)), change%motion(first + k - 1, node))
-      change%motion = scale*change%motion
-      change%energy = 0.5_wp*scale**2
-   end subroutine normalise
-
-   pure function ascending(x) result(order)
-      real(dp), intent(in) :: x(:)
-      integer, allocatable :: order(:)
-      integer :: i, j, k
-      order = [(i, i=1, size(x))]
-      do i = 2, size(x)
-         k = order(i)
-         j = i - 1
-         do while (j >= 1)
-            if (x(order(j)) <= x(k)) exit
-            order(j + 1) = order(j)
-            j = j - 1
-         end do
-         order(j + 1) = k
-      end do
-   end function ascending
 end module finshell_buckling

@@ -52,6 +52,7 @@ module finshell_equilibrium
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
+      logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`
       integer :: assemblies = 0, force_evaluations = 0
       type(assembly_t) :: assembly
       class(team_t), pointer :: team => null() !< processes that share the work
@@ -105,7 +106,8 @@ contains
       call new_external(self%external, structure, self%equations, error)
       if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2))
       if (allocated(error)) return
-      call check_mechanism(structure%mesh, self%equations, error, self%external%springs(structure, self%equations))
+      if (.not. self%may_float) call check_mechanism(structure%mesh, self%equations, error, &
+                                                     self%external%springs(structure, self%equations))
       if (allocated(error)) return
       call new_sparsity(pattern, structure%mesh%triangles(:, self%own_elements), self%equations%number, self%external%symmetric, &
          error, self%team)

@@ -14,7 +14,7 @@ module finshell_linear_step
    use finshell_equilibrium, only: equilibrium_t
    use finshell_factor, only: by_load_factor, by_constant_factor
    use finshell_load_terms, only: add_stiffness_times, turn_moments
-   use finshell_observer, only: observer_t, record_t
+   use finshell_observer, only: observer_t, record_t, vibration_t
    use finshell_state, only: state_t, linear_change_t, move_state
    use finshell_status, only: status_not_converged
    use finshell_step, only: step_t, control_linear
@@ -206,7 +206,7 @@ contains
    end subroutine change_forces
 
    !> Give a change to the observer as an increment of its own number.
-   subroutine report_change(problem, change, load_factor, control, solutions, observer, error)
+   subroutine report_change(problem, change, load_factor, control, solutions, observer, error, vibration)
       type(equilibrium_t), intent(inout) :: problem
       type(linear_change_t), intent(in) :: change
       real(wp), intent(in) :: load_factor
@@ -214,6 +214,7 @@ contains
       integer, intent(in) :: solutions !< to find the fibres that act, see `linear_motion`
       class(observer_t), intent(inout) :: observer
       type(error_t), allocatable, intent(out) :: error
+      type(vibration_t), intent(in), optional :: vibration
       type(state_t) :: changed
       type(record_t) :: record
 
@@ -232,6 +233,7 @@ contains
       record%switched = solutions
       record%negative_pivots = problem%negative_pivots
       record%load_factor = load_factor
+      if (present(vibration)) record%vibration = vibration
       call cpu_time(record%cpu_time)
       call observer%increment(changed, record, error, change)
    end subroutine report_change

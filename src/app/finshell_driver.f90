@@ -8,6 +8,7 @@ module finshell_driver
    use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, text_of
+   use finshell_frequencies, only: solve_frequencies
    use finshell_input, only: input_t, read_input
    use finshell_linear_step, only: solve_linear
    use finshell_monitoring, only: slack_share
@@ -18,7 +19,7 @@ module finshell_driver
    use finshell_rung, only: watch_rung, write_rung
    use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
-   use finshell_step, only: control_linear, control_buckling
+   use finshell_step, only: control_linear, control_buckling, control_frequencies
    use finshell_study, only: study
    use finshell_team, only: agree, leads, shared, team_t
    use finshell_thread_choice, only: choose_threads
@@ -87,6 +88,7 @@ contains
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call choose_solver(input, shared(options%team), problem%solver%options, error)
       if (complain(error, speaks)) return
+      problem%may_float = all(input%steps%control == control_frequencies)
       call new_equilibrium(problem, input%structure, error, options%team)
       if (allocated(error)) then
          call place_load_error(input, problem, error)
@@ -126,6 +128,8 @@ contains
             call solve_linear(problem, input%steps(i), speaker, error)
          case (control_buckling)
             call solve_buckling(problem, input%steps(i), speaker, error)
+         case (control_frequencies)
+            call solve_frequencies(problem, input%steps(i), speaker, error)
          case default
             call path%follow(problem, input%steps(i), speaker, error)
          end select
@@ -185,7 +189,7 @@ contains
          write (output_unit, '(a,g0.7)') 'Done: load factor ', problem%state%load_factor
       end if
       if (reporter%linear > 0) write (output_unit, '(i0,a)') reporter%linear, &
-         ' linear solutions or buckling modes, which leave the state as it is'
+         ' linear solutions or modes, which leave the state as it is'
       if (reporter%switched > 0) write (output_unit, '(i0,a)') reporter%switched, &
          ' linear or buckling steps in which fibres act where the linear solution stretches them, and are slack elsewhere'
       write (output_unit, '(3(i0,a),f0.2,a)') path%increments, ' increments, ', path%iterations, ' iterations, ', path%cuts, &

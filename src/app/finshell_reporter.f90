@@ -7,6 +7,7 @@ module finshell_reporter
    use finshell_error, only: error_t, raise, text_of
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
+   use finshell_mode_table, only: mode_table_t
    use finshell_monitor, only: monitor_t, output_t
    use finshell_monitoring, only: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, &
       cell_fields, cell_entries
@@ -17,7 +18,7 @@ module finshell_reporter
    use finshell_state, only: state_t, linear_change_t
    use finshell_status, only: status_io_error
    use finshell_storage, only: storage_t
-   use finshell_step, only: control_linear, control_buckling
+   use finshell_step, only: control_frequencies, is_mode, leaves_state
    use finshell_version, only: version
    implicit none
    private
@@ -38,6 +39,7 @@ module finshell_reporter
       type(output_t) :: output
       real(wp), allocatable :: levels(:) !< load factors at which fields are written in any case
       type(history_file_t) :: history
+      type(mode_table_t) :: modes
       type(results_file_t) :: results
       type(lock_t) :: lock
       character(len=:), allocatable :: base_name !< of all files
@@ -68,6 +70,7 @@ module finshell_reporter
       procedure, private :: evaluate
       procedure, private :: write_fields
       procedure, private :: count_gaps
+      procedure, private :: show_vibration
    end type reporter_t
 
 contains
@@ -182,7 +185,7 @@ contains
       integer :: i
 
       with_fields = self%output%fields .and. (mod(record%increment, max(1, self%output%every)) == 0 &
-         .or. record%control == control_linear .or. record%control == control_buckling &
+         .or. leaves_state(record%control) &
          .or. any(abs(self%levels - record%load_factor) <= 1.0e-10_wp*max(1.0_wp, abs(record%load_factor))))
       call self%evaluate(state, record, with_fields, row, recovery, change)
       row%residual = record%residual
@@ -193,7 +196,7 @@ contains
       do i = 1, size(self%watches)
          call self%count_gaps(self%monitors(i)%name, row%missing(i:i))
       end do
-      if (self%fresh .or. record%control /= control_buckling) &
+      if (self%fresh .or. .not. is_mode(record%control)) &
          self%final = [(monitor_value(row, i), i=1, size(row%monitors)), record%load_factor]
       self%fresh = .false.
       if ((record%stands_in .neqv. self%stands_in) .and. .not. self%quiet) write (output_unit, '(5x,a)') trim(merge( &
@@ -201,6 +204,8 @@ contains
          'the control of the step takes over again                              ', record%stands_in))
       self%stands_in = record%stands_in
       if (.not. self%quiet) call show(self, record, [(monitor_value(row, i), i=1, size(row%monitors))])
+      if (record%control == control_frequencies) call self%show_vibration(record, error)
+      if (allocated(error)) return
       if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
          'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
       if (record%descended) then
@@ -213,7 +218,7 @@ contains
          if (.not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
             'fibres act where the linear solution stretches them: found in ', record%switched, ' solutions'
       end if
-      if (record%control == control_linear .or. record%control == control_buckling) self%linear = self%linear + 1
+      if (leaves_state(record%control)) self%linear = self%linear + 1
       if (record%event /= no_event) then
          self%critical_points = self%critical_points + 1
          if (.not. self%quiet) call show_event(record)
@@ -331,6 +336,22 @@ contains
          write (output_unit, '(5x,a)') 'SNAP: this state is not the continuation of the path; shorter increments found none'
       end if
    end subroutine show_snap
+
+   !> Frequency and effective masses of a mode: on the screen and in NAME.modes.csv.
+   subroutine show_vibration(self, record, error)
+      class(reporter_t), intent(inout) :: self
+      type(record_t), intent(in) :: record
+      type(error_t), allocatable, intent(out) :: error
+      character(len=60) :: shares
+      associate (v => record%vibration)
+         write (shares, '(3(f6.1,a))') 100*v%effective_mass(1)/v%whole_mass, ' %,', 100*v%effective_mass(2)/v%whole_mass, ' %,', &
+            100*v%effective_mass(3)/v%whole_mass, ' %'
+         if (.not. self%quiet) write (output_unit, '(5x,a)') 'frequency '//text_of(v%frequency) &
+            //'; effective mass along x, y, z: '//trim(adjustl(shares))
+         call self%modes%append(self%base_name//'.modes.csv', record%increment, &
+                                [v%frequency, v%generalised_mass, v%effective_mass, v%whole_mass], error)
+      end associate
+   end subroutine show_vibration
 
    !> Progress: increment, load factor, monitors, iterations, cuts, pivots, CPU seconds.
    subroutine show(self, record, values)

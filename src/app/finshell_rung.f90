@@ -8,7 +8,7 @@ module finshell_rung
    use finshell_monitor, only: monitor_t, reduce_max, reduce_min
    use finshell_result_fields, only: find_field
    use finshell_status, only: status_io_error
-   use finshell_step, only: control_arc_length, control_buckling, control_linear, control_load, step_t
+   use finshell_step, only: control_arc_length, control_buckling, control_frequencies, control_linear, control_load, step_t
    implicit none
    private
    public :: watch_rung, watches_load, write_rung, read_rung
@@ -41,7 +41,7 @@ contains
       type(step_t), intent(in) :: step
       select case (step%control)
       case (control_load, control_linear); watches_load = .false.
-      case (control_buckling); watches_load = .true.
+      case (control_buckling, control_frequencies); watches_load = .true.
       case (control_arc_length); watches_load = (allocated(step%displacements) .or. allocated(step%volumes)) &
          .and. .not. step%ends_at_load_factor
       case default; watches_load = .not. step%ends_at_load_factor

@@ -13,7 +13,7 @@ module finshell_study
    use finshell_options, only: exit_incomplete, exit_input, exit_ok, options_t
    use finshell_process, only: make_folder, process_t, rest, start_process
    use finshell_rung, only: read_rung, watch_rung, watches_load
-   use finshell_step, only: control_buckling
+   use finshell_step, only: is_mode
    use finshell_study_report, only: label_t, print_study, text_of_seconds, write_study
    use finshell_team, only: leads
 !$ use omp_lib, only: omp_get_max_threads
@@ -284,7 +284,7 @@ contains
       flush (output_unit)
    end subroutine announce
 
-   !> Which columns count: the monitors, or of those that were added the largest in the finest mesh (none of a buckling mode, which
+   !> Which columns count: the monitors, or of those that were added the largest in the finest mesh (none of a mode, which
    !> has no size), and the load factor where it is an answer.
    function shown_columns(rungs, input, automatic) result(shown)
       type(rung_t), intent(in) :: rungs(:)
@@ -296,7 +296,7 @@ contains
       shown(size(shown)) = watches_load(input%steps(size(input%steps)))
       if (.not. automatic) return
       shown(:size(input%monitors)) = .false.
-      if (input%steps(size(input%steps))%control == control_buckling) return
+      if (is_mode(input%steps(size(input%steps))%control)) return
       finest = findloc(rungs%state == rung_done, .true., dim=1, back=.true.)
       if (finest == 0) then
          shown(1) = .true.

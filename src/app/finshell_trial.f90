@@ -11,7 +11,7 @@ module finshell_trial
    use finshell_load, only: load_t, load_nodal, load_edge
    use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
    use finshell_status, only: status_input_error
-   use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_name
+   use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_frequencies, control_name, leaves_state
    use finshell_structure, only: structure_t
    use finshell_targets, only: targets_t, new_targets
    implicit none
@@ -43,7 +43,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(targets_t) :: targets
 
-      if (step%control /= control_linear .and. step%control /= control_buckling) then
+      if (.not. leaves_state(step%control)) then
          if (allocated(step%volumes)) then
             call problem%watch_volume(error, step%element_set)
          else if (allocated(step%node_set)) then
@@ -52,7 +52,7 @@ contains
          if (first .and. .not. allocated(error)) call new_targets(targets, step, 0.0_wp, 0.0_wp, error)
          if (allocated(error)) return
       end if
-      if (step%control == control_load .or. step%control == control_linear) return
+      if (step%control == control_load .or. step%control == control_linear .or. step%control == control_frequencies) return
       if (step%control == control_buckling .and. size(problem%external%turning_nodes) > 0) then
          call raise(error, status_input_error, 'buckling: a moment acts at node '//text_of(problem%external%turning_nodes(1)) &
             //', which can turn about several axes; such a moment is not conservative')
@@ -127,6 +127,7 @@ contains
       character(len=:), allocatable :: text
       integer :: i
       text = ''
+      if (all(input%steps%control == control_frequencies)) return
       if (size(input%structure%loads) == 0 .and. .not. any(abs(problem%equations%motion) > 0)) then
          text = input%file//': nothing acts on the structure: there is no &load, and no support is moved'
          return

@@ -22,13 +22,14 @@ module finshell_mass
 contains
 
    !> Mass matrices of n elements. What is not present is not computed; a failed element gets zeros and its status.
-   pure subroutine mass_elements(section, n, x, status, consistent, lumped)
+   pure subroutine mass_elements(section, n, x, status, consistent, lumped, present_normal)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
       integer(i4), intent(out) :: status(n)
       real(wp), intent(out), optional :: consistent(n_shell, n_shell, n) !< order u1 t1 u2 t2 u3 t3, symmetric
       real(wp), intent(out), optional :: lumped(n_shell, n) !< diagonal: a third of the element per node; no I1
+      real(wp), intent(in), optional :: present_normal(3, n) !< unit normals of a deformed state, for I1; default: of the reference
       real(wp) :: normal(3), area, coupling(3, 3), share
       integer :: c, e, i, j, p, q
 
@@ -44,6 +45,7 @@ contains
             end do
          end if
          if (.not. present(consistent)) cycle
+         if (present(present_normal)) normal = present_normal(:, e)
          ! v.(w x d) = v.(spin(d)' w)
          coupling = transpose(spin(normal))
          do j = 1, 3

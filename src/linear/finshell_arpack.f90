@@ -7,15 +7,17 @@ module finshell_arpack
    private
    public :: pencil_t, lanczos
 
-   !> K x = lambda A x with K symmetric, positive definite, and A symmetric.
+   !> K x = lambda A x, both symmetric. K is positive definite, or A is semidefinite and K - shift A not singular.
    type, abstract :: pencil_t
+      logical :: of_masses = .false. !< the latter: lengths are measured by A, and the shift may be 0
    contains
       procedure(apply_interface), deferred :: apply
       procedure(metric_interface), deferred :: metric
    end type pencil_t
 
    abstract interface
-      !> y = K^-1 A x without shift, y = (K - shift A)^-1 K x with one; kx = K x is at hand. An error ends the iteration.
+      !> y = K^-1 A x without shift, y = (K - shift A)^-1 K x with one; kx = K x is at hand. Of masses, y = (K - shift A)^-1 kx and
+      !> kx = A x. An error ends the iteration.
       subroutine apply_interface(self, x, kx, y, error)
          import :: pencil_t, dp, error_t
          class(pencil_t), intent(inout) :: self
@@ -24,7 +26,7 @@ module finshell_arpack
          type(error_t), allocatable, intent(inout) :: error
       end subroutine apply_interface
 
-      !> y = K x.
+      !> y = K x; of masses, y = A x.
       subroutine metric_interface(self, x, y)
          import :: pencil_t, dp
          class(pencil_t), intent(in) :: self
@@ -62,7 +64,7 @@ module finshell_arpack
 contains
 
    !> Eigenvalues lambda: without shift the lowest positive ones (after them negative ones, from minus infinity), with a shift those
-   !> next to it. Those that have converged are given, in any order, with vectors of unit length in K.
+   !> next to it. Those that have converged are given, in any order, with vectors of unit length in K; of masses, in A.
    !> Errors: what `apply` raised; wrong sizes.
    subroutine lanczos(pencil, n, wanted, shift, values, vectors, least, error)
       class(pencil_t), intent(inout) :: pencil
@@ -77,6 +79,7 @@ contains
       integer, parameter :: inverse = 3, buckling = 4 ! the modes of ARPACK
       real(dp), allocatable :: v(:, :), work(:), small(:), residual(:), d(:), z(:, :), kx(:), y(:)
       logical, allocatable :: chosen(:)
+      logical :: beside
       character(len=2) :: part
       real(dp) :: tolerance
       integer :: parameters(11), at(11), ido, info, found, basis, i, seed
@@ -87,13 +90,14 @@ contains
          call raise(error, status_invalid_argument, text_of(wanted)//' eigenvalues were asked for of '//text_of(n)//' unknowns')
          return
       end if
-      part = merge('LM', 'LA', abs(shift) > 0)
+      beside = abs(shift) > 0 .or. pencil%of_masses
+      part = merge('LM', 'LA', beside)
       tolerance = 1e-9_dp
       allocate (v(n, basis), work(3*n), small(basis*(basis + 8)), residual(n), chosen(basis), kx(n), y(n))
       parameters = 0
       parameters(1) = 1 ! exact shifts
       parameters(3) = most_restarts
-      parameters(7) = merge(buckling, inverse, abs(shift) > 0)
+      parameters(7) = merge(buckling, inverse, beside .and. .not. pencil%of_masses)
       at = 0
       ido = 0
       info = 1 ! the first vector is given: numbers without pattern, the same ones every time
@@ -126,7 +130,7 @@ contains
          return
       end if
       found = parameters(5)
-      if (.not. abs(shift) > 0) least = 1/maxval(abs(small(at(6):at(6) + basis - 1)))
+      if (.not. beside) least = 1/maxval(abs(small(at(6):at(6) + basis - 1)))
       if (found == 0 .or. (info /= 0 .and. info /= maximum_iterations_reached .and. info /= no_shifts)) then
          allocate (values(0), vectors(n, 0))
          return

@@ -8,12 +8,18 @@ module finshell_step
    private
    public :: step_t, convergence_t, convergence_preset, constant_ramp
    public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
+   public :: control_frequencies, leaves_state, is_mode, mass_higher_order, mass_consistent, mass_lumped
    public :: prescribes_monitored, off_the_way, snap_ignore, snap_mark, snap_refuse, mixed_never, mixed_always, mixed_auto
 
    !> What is prescribed in an increment: the load factor; a displacement; the length of the increment; an enclosed volume.
    integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3, control_volume = 4
-   !> Steps that leave the state as it is: a linear solution, linear buckling (finshell_linear_step, finshell_buckling).
-   integer, parameter :: control_linear = 11, control_buckling = 12
+   !> Steps that leave the state as it is: a linear solution, linear buckling, frequencies (finshell_linear_step, finshell_buckling,
+   !> finshell_frequencies).
+   integer, parameter :: control_linear = 11, control_buckling = 12, control_frequencies = 13
+
+   !> Mass matrices: consistent with linear displacements; lumped, a third of each element at its nodes; of higher order: with
+   !> deflections that follow the rotations between the nodes (finshell_linked_mass), of membranes the mean of the other two.
+   integer, parameter :: mass_higher_order = 1, mass_consistent = 2, mass_lumped = 3
 
    !> What becomes of an increment that snaps to another state, after it has been refined.
    integer, parameter :: snap_ignore = 0, snap_mark = 1, snap_refuse = 2
@@ -65,8 +71,10 @@ module finshell_step
       logical :: extrapolate = .true. !< start an increment from the extrapolated path
       logical :: tangent_predictor = .false. !< and along its tangent (finshell_predictor)
       real(wp) :: load_scale = 0 !< arc-length: weight of the load factor in the length, 0 cylindrical, 1 spherical
-      integer :: modes = 4 !< buckling: number of modes
-      real(wp) :: near = 0 !< buckling: modes nearest to this load factor; 0: the lowest above the present one
+      integer :: modes = 4 !< buckling, frequencies: number of modes
+      real(wp) :: near = 0 !< modes nearest to this load factor or frequency; 0: the lowest above the present one, or of all
+      integer :: mass = mass_higher_order !< frequencies: the mass matrix (finshell_mass_matrix)
+      logical :: rotatory = .true. !< with the inertia of the thickness against rotation
       !> Displacement and volume control: arc-length stands in where the prescribed quantity turns round.
       logical :: switch_control = .true.
       logical :: descent = .true. !< load control: where Newton's method fails, look for a stable state near by going down in energy
@@ -141,6 +149,18 @@ contains
       end do
    end function off_the_way
 
+   !> Does a step with this control look for modes?
+   elemental logical function is_mode(control)
+      integer, intent(in) :: control
+      is_mode = control == control_buckling .or. control == control_frequencies
+   end function is_mode
+
+   !> Does a step with this control leave the state as it is?
+   elemental logical function leaves_state(control)
+      integer, intent(in) :: control
+      leaves_state = control == control_linear .or. is_mode(control)
+   end function leaves_state
+
    pure function control_name(control) result(name)
       integer, intent(in) :: control
       character(len=:), allocatable :: name
@@ -151,6 +171,7 @@ contains
       case (control_volume); name = 'volume control'
       case (control_linear); name = 'linear'
       case (control_buckling); name = 'buckling'
+      case (control_frequencies); name = 'frequencies'
       case default; name = 'unknown control'
       end select
    end function control_name

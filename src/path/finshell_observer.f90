@@ -5,7 +5,15 @@ module finshell_observer
    use finshell_state, only: state_t, linear_change_t
    implicit none
    private
-   public :: record_t, observer_t
+   public :: record_t, observer_t, vibration_t
+
+   !> Of a mode of vibration (finshell_frequencies).
+   type :: vibration_t
+      real(wp) :: frequency = 0 !< cycles per unit of time
+      real(wp) :: generalised_mass = 0 !< of the mode with a largest displacement of 1
+      real(wp) :: effective_mass(3) = 0 !< along x, y, z
+      real(wp) :: whole_mass = 0 !< of the structure
+   end type vibration_t
 
    type :: record_t
       integer :: increment = 0 !< number of this converged increment, from 1
@@ -28,6 +36,7 @@ module finshell_observer
       real(wp) :: correction = 0 !< relative, at convergence
       logical :: stands_in = .false. !< arc-length stands in for the control of the step
       logical :: rounding = .false. !< one of them stayed above its tolerance because of rounding
+      type(vibration_t) :: vibration !< of a mode
       real(dp) :: cpu_time = 0 !< seconds since the path began
       integer :: total_increments = 0, total_iterations = 0, total_cuts = 0 !< since the path began
    end type record_t

@@ -4,8 +4,9 @@ module finshell_input_step
    use finshell_error, only: error_t
    use finshell_mesh, only: mesh_t
    use finshell_step, only: step_t, convergence_t, convergence_preset, control_load, control_displacement, control_arc_length
-   use finshell_step, only: control_volume, control_linear, control_buckling, snap_ignore, snap_mark, snap_refuse
-   use finshell_step, only: mixed_always, mixed_never
+   use finshell_step, only: control_volume, control_linear, control_buckling, control_frequencies
+   use finshell_step, only: leaves_state, snap_ignore, snap_mark, snap_refuse
+   use finshell_step, only: mass_consistent, mass_higher_order, mass_lumped, mixed_always, mixed_never
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_common, only: get_set, get_component, kind_node, kind_element
    implicit none
@@ -26,7 +27,7 @@ contains
       if (allocated(error)) return
       call get(group, 'name', step%name, error, default=default_name)
       call get(group, 'control', control, error, default='load', &
-         choices='load, displacement, arc_length, volume, linear, buckling')
+         choices='load, displacement, arc_length, volume, linear, buckling, frequencies')
       if (allocated(error)) return
       select case (control)
       case ('displacement'); step%control = control_displacement
@@ -34,9 +35,10 @@ contains
       case ('volume'); step%control = control_volume
       case ('linear'); step%control = control_linear
       case ('buckling'); step%control = control_buckling
+      case ('frequencies'); step%control = control_frequencies
       case default; step%control = control_load
       end select
-      if (step%control == control_linear .or. step%control == control_buckling) then
+      if (leaves_state(step%control)) then
          call read_linear(group, step, error)
          return
       end if
@@ -51,11 +53,23 @@ contains
       type(group_t), intent(inout) :: group
       type(step_t), intent(inout) :: step
       type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: mass
       if (step%control == control_linear) then
          call get(group, 'load_factor', step%final_load_factor, error, default=1.0_wp)
       else
          call get(group, 'modes', step%modes, error, default=step%modes, minimum=1)
-         call get(group, 'near', step%near, error, default=step%near)
+         if (step%control == control_buckling) call get(group, 'near', step%near, error, default=step%near)
+      end if
+      if (step%control == control_frequencies) then
+         call get(group, 'near', step%near, error, default=step%near, minimum=0.0_wp)
+         call get(group, 'mass', mass, error, default='higher_order', choices='higher_order, consistent, lumped')
+         call get(group, 'rotatory_inertia', step%rotatory, error, default=step%rotatory)
+         if (allocated(error)) return
+         select case (mass)
+         case ('consistent'); step%mass = mass_consistent
+         case ('lumped'); step%mass = mass_lumped
+         case default; step%mass = mass_higher_order
+         end select
       end if
       call check_all_used(group, error)
    end subroutine read_linear

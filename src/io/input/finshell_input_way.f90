@@ -3,7 +3,7 @@ module finshell_input_way
    use finshell_kinds, only: wp, dp
    use finshell_error, only: error_t, text_of
    use finshell_step, only: step_t, off_the_way
-   use finshell_step, only: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling
+   use finshell_step, only: control_load, control_displacement, control_arc_length, control_volume, leaves_state
    use finshell_namelist, only: namelist_t, group_t, has, complain_about
    implicit none
    private
@@ -27,7 +27,7 @@ contains
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'step') cycle
          n = n + 1
-         if (steps(n)%control == control_linear .or. steps(n)%control == control_buckling) cycle
+         if (leaves_state(steps(n)%control)) cycle
          call check_way(namelist%groups(i), steps(n), factor, at_rest, error)
          if (allocated(error)) return
          at_rest = .false.
