@@ -13,7 +13,7 @@ module finshell_study
    use finshell_options, only: exit_incomplete, exit_input, exit_ok, options_t
    use finshell_process, only: make_folder, process_t, rest, start_process
    use finshell_rung, only: read_rung, watch_rung, watches_load
-   use finshell_step, only: is_mode
+   use finshell_step, only: control_frequencies, is_mode
    use finshell_study_report, only: label_t, print_study, text_of_seconds, write_study
    use finshell_team, only: leads
 !$ use omp_lib, only: omp_get_max_threads
@@ -332,6 +332,7 @@ contains
             labels(k)%kind = input%monitors(i)%quantity
          else
             labels(k)%name = 'load_factor'
+            if (input%steps(size(input%steps))%control == control_frequencies) labels(k)%name = 'frequency'
             labels(k)%kind = -1
          end if
       end do

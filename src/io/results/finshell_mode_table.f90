@@ -35,7 +35,7 @@ contains
          if (status == 0) write (unit, '(a)', iostat=status, iomsg=reason) header
       end if
       if (status == 0) then
-         write (unit, '(i0,*(",",es23.16e3))', iostat=status, iomsg=reason) increment, values
+         write (unit, '(i0,*(:,",",g0))', iostat=status, iomsg=reason) increment, values
          close (unit, iostat=closed)
          if (status == 0) status = closed
       end if
