@@ -1,8 +1,8 @@
 !> Natural frequencies of small vibrations about the state: K phi = omega^2 M phi, K the exact tangent there, with the stiffness of
 !> prestress and of loads; M the masses of the elements (finshell_mass).
 !>
-!> Found by shift and invert (Ericsson & Ruhe 1980). Where K is not positive definite (a free body, an unstable state) the shift is
-!> as far below zero as makes it so. What is found is counted: K - b M has as many negative pivots as there are omega^2 below b.
+!> Found by shift and invert (Ericsson & Ruhe 1980) from below all of them, in free bodies and unstable states too. What is found
+!> is counted: K - b M has as many negative pivots as there are omega^2 below b.
 module finshell_frequencies
    use finshell_kinds, only: wp, dp
    use finshell_arpack, only: pencil_t, lanczos
@@ -92,7 +92,7 @@ contains
       if (allocated(error)) return
       pencil%stiffness = problem%values
       allocate (pencil%mass(size(problem%values)), source=0.0_dp)
-      call add_masses(problem, kind, pencil%mass, error)
+      call add_masses(problem%assembly, problem%structure, problem%state, kind, pencil%mass, error)
       if (.not. allocated(error)) call make_symmetric(problem, pencil%pattern, pencil%mass, difference, error)
       if (.not. allocated(error)) call make_symmetric(problem, pencil%pattern, pencil%stiffness, difference, error)
       if (allocated(error)) return
@@ -149,13 +149,14 @@ contains
       modes = modes(:, order)
    end subroutine find_lowest
 
-   !> Factorise K - shift M, positive definite: shift 0, or as far below it as is needed.
+   !> Factorise K - shift M, positive definite: a shift as far below zero as is needed. It begins where it does not disturb, and yet
+   !> keeps K - shift M of a free body clear of singular.
    subroutine shift_below(pencil, shift, error)
       type(vibration_pencil_t), intent(inout) :: pencil
       real(dp), intent(out) :: shift
       type(error_t), allocatable, intent(out) :: error
-      real(dp), parameter :: nearest = 1.0e-9_dp, further = 30
-      shift = 0
+      real(dp), parameter :: nearest = 1.0e-11_dp, further = 30
+      shift = -nearest*pencil%fastest
       do
          call pencil%solver%factorise(pencil%stiffness - shift*pencil%mass, error)
          if (.not. allocated(error)) then
@@ -163,7 +164,7 @@ contains
          else if (error%code /= status_singular_matrix .or. -shift > pencil%fastest) then
             return
          end if
-         shift = -max(nearest*pencil%fastest, -further*shift)
+         shift = further*shift
          if (-shift > further*pencil%fastest) exit
       end do
       if (.not. allocated(error)) call raise(error, status_not_converged, 'frequencies: the state is too unstable')
@@ -219,7 +220,7 @@ contains
       do k = ux, uz
          allocate (rigid(n_nodal, size(problem%equations%number, 2)), source=0.0_wp)
          rigid(k, :) = 1
-         call masses_times(problem, kind, rigid, along, error)
+         call masses_times(problem%assembly, problem%structure, problem%state, kind, rigid, along, error)
          if (allocated(error)) return
          vibration%whole_mass = sum(along(k, :))
          call gather(problem%equations, along, carried(:, k))

@@ -22,7 +22,7 @@ CASES = {"rubber_disk/rubber_disk": 4, "airbag/input": 2, "water_tank/input": 2,
          "cook/input": 2, "sze38a/input": 2, "fibre_arc/circumferential": 2}
 CLOCK = {"cpu_s", "cpu_time"}
 STRIP = """&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = {}, 1 /
-&material name = 'm' law = 'linear_elastic' e = 1000.0 nu = 0.0 /
+&material name = 'm' law = 'linear_elastic' e = 1000.0 nu = 0.0 density = 2.0 /
 &section thickness = 0.1 /
 &support node_set = 'edge_x0' type = 'clamped' /
 &load type = 'line' edge_set = 'edge_x1' vector = -2e-3, 0.0, 1e-6 /
@@ -97,8 +97,8 @@ class Processes(unittest.TestCase):
         command = [*self.start(processes), "run", "in.nml", *arguments]
         return subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False, timeout=100)
 
-    def test_linear_and_buckling_steps(self):
-        text = STRIP.format(16) + "&step control = 'buckling' modes = 2 /\n&step load_factor = 0.3 /\n"
+    def test_linear_steps_and_modes(self):
+        text = STRIP.format(16) + "&step control = 'buckling' modes = 2 /\n&step control = 'frequencies' modes = 3 /\n&step load_factor = 0.3 /\n"
         rows = {}
         for processes in (1, 3):
             run = self.solve_text(text, processes)

@@ -1,9 +1,8 @@
 !> The mass matrix of a structure, in the pattern of its tangent, and its products with nodal motions.
 module finshell_mass_matrix
    use finshell_kinds, only: wp, i4
-   use finshell_assembly, only: add_element_contributions
+   use finshell_assembly, only: assembly_t, add_element_contributions
    use finshell_discretisation, only: gather_motion, freedoms
-   use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_freedoms, only: n_corners, n_nodal, rx, ux, uz
    use finshell_linked_mass, only: linked_mass
@@ -12,6 +11,7 @@ module finshell_mass_matrix
    use finshell_section, only: section_t
    use finshell_state, only: state_t
    use finshell_status, only: status_input_error, status_ok, status_text
+   use finshell_structure, only: structure_t
    use finshell_step, only: mass_higher_order, mass_lumped
    implicit none
    private
@@ -28,31 +28,37 @@ module finshell_mass_matrix
 
 contains
 
-   !> Add the mass matrix to values in the pattern of the problem, in the axes of its nodes. Errors: a section without density.
-   subroutine add_masses(problem, kind, values, error)
-      type(equilibrium_t), intent(in) :: problem
+   !> Add the mass matrix to values in the pattern of the assembly, in the axes of its nodes. Errors: a section without density.
+   subroutine add_masses(assembly, structure, state, kind, values, error)
+      type(assembly_t), intent(in) :: assembly
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state !< its normals count
       type(mass_kind_t), intent(in) :: kind
       real(wp), intent(inout) :: values(:)
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: nothing(:, :)
-      allocate (nothing(n_nodal, size(problem%equations%number, 2)), source=0.0_wp)
-      call visit(problem, kind, nothing, error, values=values)
+      allocate (nothing(n_nodal, size(structure%mesh%coordinates, 2)), source=0.0_wp)
+      call visit(assembly, structure, state, kind, nothing, error, values=values)
    end subroutine add_masses
 
    !> M r of nodal vectors, held components included. Errors: as `add_masses`.
-   subroutine masses_times(problem, kind, motion, product, error)
-      type(equilibrium_t), intent(in) :: problem
+   subroutine masses_times(assembly, structure, state, kind, motion, product, error)
+      type(assembly_t), intent(in) :: assembly
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state !< its normals count
       type(mass_kind_t), intent(in) :: kind
       real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) displacements and spins or their rates, global axes
       real(wp), allocatable, intent(out) :: product(:, :) !< (n_nodal, nodes)
       type(error_t), allocatable, intent(out) :: error
       allocate (product(n_nodal, size(motion, 2)), source=0.0_wp)
-      call visit(problem, kind, product, error, motion=motion)
+      call visit(assembly, structure, state, kind, product, error, motion=motion)
    end subroutine masses_times
 
    !> The elements of all sections, some at a time: their masses to `values`, or times `motion` to `product`.
-   subroutine visit(problem, kind, product, error, motion, values)
-      type(equilibrium_t), intent(in) :: problem
+   subroutine visit(assembly, structure, state, kind, product, error, motion, values)
+      type(assembly_t), intent(in) :: assembly
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state !< its normals count
       type(mass_kind_t), intent(in) :: kind
       real(wp), intent(inout) :: product(:, :)
       type(error_t), allocatable, intent(out) :: error
@@ -62,39 +68,38 @@ contains
       integer, allocatable :: list(:), some(:)
       integer :: e, first, k, m
 
-      associate (structure => problem%structure)
-         do k = 1, size(structure%sections)
-            list = pack([(e, e=1, size(structure%element_section))], structure%element_section == k)
-            if (size(list) > 0 .and. .not. structure%sections(k)%inertia(1) > 0) then
-               call raise(error, status_input_error, 'section '//text_of(k)//' has no mass: its material needs a density > 0')
-               return
+      do k = 1, size(structure%sections)
+         list = pack([(e, e=1, size(structure%element_section))], structure%element_section == k)
+         if (size(list) > 0 .and. .not. structure%sections(k)%inertia(1) > 0) then
+            call raise(error, status_input_error, 'section '//text_of(k)//' has no mass: its material needs a density > 0')
+            return
+         end if
+         m = freedoms(structure%sections(k))
+         do first = 1, size(list), together
+            some = list(first:min(size(list), first + together - 1))
+            allocate (mass(m, m, size(some)), force(m, size(some)))
+            call element_masses(structure, state, structure%sections(k), kind, some, mass, error)
+            if (allocated(error)) return
+            force = 0
+            if (present(motion)) then
+               call gather_motion(structure, motion, some, force)
+               do e = 1, size(some)
+                  force(:, e) = matmul(mass(:, :, e), force(:, e))
+               end do
+               call add_element_contributions(assembly, some, force, product)
+            else
+               ! it takes stiffness from the tangent
+               call add_element_contributions(assembly, some, force, product, -mass, values)
             end if
-            m = freedoms(structure%sections(k))
-            do first = 1, size(list), together
-               some = list(first:min(size(list), first + together - 1))
-               allocate (mass(m, m, size(some)), force(m, size(some)))
-               call element_masses(problem, structure%sections(k), kind, some, mass, error)
-               if (allocated(error)) return
-               force = 0
-               if (present(motion)) then
-                  call gather_motion(structure, motion, some, force)
-                  do e = 1, size(some)
-                     force(:, e) = matmul(mass(:, :, e), force(:, e))
-                  end do
-                  call add_element_contributions(problem%assembly, some, force, product)
-               else
-                  ! it takes stiffness from the tangent
-                  call add_element_contributions(problem%assembly, some, force, product, -mass, values)
-               end if
-               deallocate (mass, force)
-            end do
+            deallocate (mass, force)
          end do
-      end associate
+      end do
    end subroutine visit
 
    !> Masses of some elements of one section, in global axes, at the present state.
-   subroutine element_masses(problem, section, kind, list, mass, error)
-      type(equilibrium_t), intent(in) :: problem
+   subroutine element_masses(structure, state, section, kind, list, mass, error)
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state
       type(section_t), intent(in) :: section
       type(mass_kind_t), intent(in) :: kind
       integer, intent(in) :: list(:)
@@ -108,13 +113,13 @@ contains
 
       own = section
       if (.not. kind%rotatory) own%inertia(2:) = 0
-      associate (triangles => problem%structure%mesh%triangles, state => problem%state)
-         do e = 1, size(list)
-            x(:, :, e) = problem%structure%mesh%coordinates(:, triangles(:, list(e)))
-            now(:, :, e) = x(:, :, e) + state%displacement(:, triangles(:, list(e)))
-            normal(:, e) = facet_normal(now(:, :, e))
-         end do
-      end associate
+      do e = 1, size(list)
+         associate (nodes => structure%mesh%triangles(:, list(e)))
+            x(:, :, e) = structure%mesh%coordinates(:, nodes)
+            now(:, :, e) = x(:, :, e) + state%displacement(:, nodes)
+         end associate
+         normal(:, e) = facet_normal(now(:, :, e))
+      end do
       allocate (diagonal(size(mass, 1), size(list)))
       if (section%membrane) then
          call mass_membranes(own, size(list), x, status, mass, diagonal)

@@ -12,8 +12,8 @@ module finshell_linked_mass
    private
    public :: linked_mass
 
-   !> Integrals over a triangle of area 1 of L_a L_i L_j for a on the edge (i, j), and off it; of products of two edges' L_i L_j, one
-   !> with itself and with another.
+   !> Integrals over a triangle of area 1 of L_a L_i L_j for a on the edge (i, j), and off it; of the products of the L_i L_j of two
+   !> edges, one with itself and with another.
    real(wp), parameter :: on = 1/30.0_wp, off = 1/60.0_wp, itself = 1/90.0_wp, other = 1/180.0_wp
 
 contains
