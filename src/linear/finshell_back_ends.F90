@@ -4,13 +4,16 @@
 module finshell_back_ends
 #ifndef FINSHELL_NO_SUITESPARSE
    use finshell_cholmod, only: cholmod_t
+   use finshell_parts, only: parts_t
    use finshell_umfpack, only: umfpack_t
 #endif
-   use finshell_direct_solver, only: direct_solver_t, solver_options_t
+   use finshell_direct_solver, only: direct_solver_t, solver_options_t, threads_of
 #ifndef FINSHELL_NO_MUMPS
    use finshell_mumps, only: mumps_t
 #endif
    use finshell_kinds, only: dp
+   use finshell_sparsity, only: sparsity_t
+   use finshell_team, only: shared
    implicit none
    private
    public :: can_work_on_disk, choose_solvers, lack_of_solver
@@ -19,21 +22,30 @@ module finshell_back_ends
    !> thickness 2500 with 10^5 unknowns: 16 iterations; 40 do not do without.
    real(dp), parameter :: usual_low_rank = 1e-5_dp
 
+   !> Unknowns from which on cutting a matrix in parts for several threads pays.
+   integer, parameter :: large = 40000
+
 contains
 
    !> The solver of a matrix, and another for when a symmetric one turns out to be indefinite (not allocated: the same).
-   subroutine choose_solvers(options, symmetric, in_parts, first, indefinite)
+   subroutine choose_solvers(options, pattern, first, indefinite)
       type(solver_options_t), intent(in) :: options
-      logical, intent(in) :: symmetric
-      logical, intent(in) :: in_parts !< many processes have parts of the matrix: for MUMPS only
+      type(sparsity_t), intent(in) :: pattern !< shared by processes: for MUMPS only
       class(direct_solver_t), allocatable, intent(out) :: first, indefinite
+      logical :: symmetric, in_parts
+      symmetric = pattern%symmetric
+      in_parts = shared(pattern%team)
       select case (word_of(options))
       case ('mumps', 'iterative')
          call new_solver(word_of(options), first)
+      case ('parts') ! for tests: whatever the size
+         call new_solver(trim(merge('parts  ', 'umfpack', symmetric)), first)
+         if (symmetric) call new_solver('mumps', indefinite)
       case ('suitesparse')
          call new_solver(trim(merge('cholmod', 'umfpack', symmetric)), first)
       case default
-         if (.not. in_parts) call new_solver(trim(merge('cholmod', 'umfpack', symmetric)), first)
+         if (symmetric .and. .not. in_parts .and. pattern%n >= large .and. threads_of(options) > 1) call new_solver('parts', first)
+         if (.not. (in_parts .or. allocated(first))) call new_solver(trim(merge('cholmod', 'umfpack', symmetric)), first)
          if (.not. allocated(first)) then
             call new_solver('mumps', first)
          else if (symmetric) then
@@ -58,6 +70,9 @@ contains
          call new_solver('mumps', first)
          if (.not. allocated(first)) reason = 'this finshell was built without MUMPS, which alone is for '// &
                                               what_for(options)
+      case ('parts')
+         call new_solver('parts', first)
+         if (.not. allocated(first)) reason = 'parts need both SuiteSparse and MUMPS'
       case ('suitesparse')
          call new_solver('cholmod', first)
          if (.not. allocated(first)) reason = 'this finshell was built without SuiteSparse'
@@ -92,6 +107,10 @@ contains
          allocate (cholmod_t :: solver)
       case ('umfpack')
          allocate (umfpack_t :: solver)
+#ifndef FINSHELL_NO_MUMPS
+      case ('parts') ! what they refuse needs another
+         allocate (parts_t :: solver)
+#endif
 #endif
 #ifndef FINSHELL_NO_MUMPS
       case ('mumps')

@@ -2,38 +2,47 @@
 module finshell_cholmod
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
-   use finshell_cholmod_c, only: cholmod_analyze, cholmod_analyze_p, cholmod_change_factor, cholmod_copy_factor, &
+   use finshell_cholmod_c, only: always_supernodal, cholmod_analyze, cholmod_analyze_p, cholmod_bisect, &
+                                 cholmod_change_factor, cholmod_copy_factor, &
                                  cholmod_factorize, cholmod_finish, cholmod_free_dense, cholmod_free_factor, cholmod_ok, &
                                  cholmod_out_of_memory, cholmod_pattern, cholmod_real, cholmod_solve2, cholmod_start, &
                                  cholmod_too_large, common_t, dense_t, factor_t, layout_is_known, ordering_given, &
-                                 simplicial_or_supernodal, solve_a, sparse_t
+                                 ordering_natural, &
+                                 simplicial_or_supernodal, solve_a, solve_l, solve_lt, sparse_t
+   use finshell_cholmod_factor, only: corner_of, diagonal_of
    use finshell_direct_solver, only: direct_solver_t, pivots_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: dp
    use finshell_sparsity, only: sparsity_t
    use finshell_status, only: status_invalid_argument, status_out_of_memory
+!$ use omp_lib, only: omp_in_parallel
    implicit none
    private
-   public :: cholmod_t
+   public :: cholmod_t, bisect
 
    !> One analysed matrix. A copy by assignment is empty: factors are not shared and must be made anew.
    type, extends(direct_solver_t) :: cholmod_t
-      private
-      integer :: n = 0
-      real(dp) :: factor_bytes = 0
-      type(common_t), pointer :: common => null()
-      integer(c_int), pointer :: column_pointer(:) => null(), row(:) => null() ! from 0
-      type(c_ptr) :: definite = c_null_ptr, indefinite = c_null_ptr ! supernodal L L^T, simplicial L D L^T
-      type(c_ptr) :: current = c_null_ptr ! whichever was made last
-      type(c_ptr) :: x = c_null_ptr, y = c_null_ptr, e = c_null_ptr ! kept between solutions
+      logical :: as_it_stands = .false. !< the order of the equations is to be kept, and supernodes made; set before `analyse`
+      integer, private :: n = 0
+      real(dp), private :: factor_bytes = 0
+      type(common_t), pointer, private :: common => null()
+      integer(c_int), pointer, private :: column_pointer(:) => null(), row(:) => null() ! from 0
+      type(c_ptr), private :: definite = c_null_ptr, indefinite = c_null_ptr ! supernodal L L^T, simplicial L D L^T
+      type(c_ptr), private :: current = c_null_ptr ! whichever was made last
+      type(c_ptr), private :: x = c_null_ptr, y = c_null_ptr, e = c_null_ptr ! kept between solutions
    contains
       procedure :: analyse
       procedure :: factorise
       procedure :: solve
+      procedure :: solve_lower
+      procedure :: solve_upper
+      procedure :: corner
+      procedure :: pivots_of
       procedure :: memory
       procedure :: free
       procedure, private :: supernodal
-      procedure, private :: pivots_of
+      procedure, private :: solve_system
+      procedure, private :: start
       procedure, private :: copy
       generic :: assignment(=) => copy
       final :: finalise
@@ -52,28 +61,10 @@ contains
       integer(c_int), allocatable, target :: given(:)
       integer(c_int), pointer :: found(:)
 
-      call self%free()
-      if (.not. pattern%symmetric) then
-         call raise(error, status_invalid_argument, 'CHOLMOD is for symmetric matrices')
-         return
-      end if
-      self%n = pattern%n
-      allocate (self%common)
-      allocate (self%column_pointer, source=int(pattern%column_pointer - 1, c_int))
-      allocate (self%row, source=int(pattern%row - 1, c_int))
-      if (cholmod_start(self%common) == 0 .or. .not. layout_is_known(self%common)) then
-         call raise(error, status_invalid_argument, 'this release of CHOLMOD is not known; SuiteSparse 5.12 is')
-         deallocate (self%common)
-         return
-      end if
-      self%common%print = 0
-      self%common%try_catch = 1
-      self%common%quick_return_if_not_posdef = 1
-      self%common%final_ll = 0
-      self%common%supernodal = simplicial_or_supernodal
-
+      call self%start(pattern, error)
+      if (allocated(error)) return
       a = sparse_matrix(self, c_null_ptr)
-      if (allocated(order)) then
+      if (allocated(order) .and. .not. self%as_it_stands) then
          self%common%nmethods = 1
          self%common%method(1)%ordering = ordering_given
          given = int(order - 1, c_int)
@@ -97,6 +88,54 @@ contains
          self%definite = c_null_ptr
       end if
    end subroutine analyse
+
+   !> Take over a pattern.
+   subroutine start(self, pattern, error)
+      class(cholmod_t), intent(inout) :: self
+      type(sparsity_t), intent(in) :: pattern
+      type(error_t), allocatable, intent(out) :: error
+      call self%free()
+      if (.not. pattern%symmetric) then
+         call raise(error, status_invalid_argument, 'CHOLMOD is for symmetric matrices')
+         return
+      end if
+      self%n = pattern%n
+      allocate (self%common)
+      allocate (self%column_pointer, source=int(pattern%column_pointer - 1, c_int))
+      allocate (self%row, source=int(pattern%row - 1, c_int))
+      if (cholmod_start(self%common) == 0 .or. .not. layout_is_known(self%common)) then
+         call raise(error, status_invalid_argument, 'this release of CHOLMOD is not known; SuiteSparse 5.12 is')
+         deallocate (self%common)
+         return
+      end if
+      self%common%print = 0
+      self%common%try_catch = 1
+      self%common%quick_return_if_not_posdef = 1
+      self%common%final_ll = 0
+      self%common%supernodal = merge(always_supernodal, simplicial_or_supernodal, self%as_it_stands)
+      if (.not. self%as_it_stands) return
+      ! In its own order CHOLMOD takes a lower triangle as it is, without transposing it twice.
+      self%common%postorder = 0
+      self%common%nmethods = 1
+      self%common%method(1)%ordering = ordering_natural
+   end subroutine start
+
+   !> Cut a graph in two by METIS: 0 and 1 for its halves, 2 for the vertices that separate them.
+   subroutine bisect(pattern, side, error)
+      type(sparsity_t), intent(in) :: pattern
+      integer, allocatable, intent(out) :: side(:) !< (n)
+      type(error_t), allocatable, intent(out) :: error
+      type(cholmod_t) :: graph
+      integer(c_int), allocatable :: found(:)
+      call graph%start(pattern, error)
+      if (allocated(error)) return
+      allocate (found(graph%n))
+      if (cholmod_bisect(sparse_matrix(graph, c_null_ptr), c_null_ptr, 0_c_size_t, 1, found, graph%common) < 0) then
+         call report(graph%common%status, graph%n, error)
+      else
+         side = int(found)
+      end if
+   end subroutine bisect
 
    !> True when the matrix is large enough for the supernodal method; small ones always take L D L^T.
    logical function supernodal(self)
@@ -137,9 +176,13 @@ contains
       self%current = merge_pointer(self%definite, self%indefinite, lower)
       a = sparse_matrix(self, c_loc(values))
       ! CHOLMOD is compiled for four threads, whatever OpenMP was told; those of the BLAS do the work.
-      !$omp teams num_teams(1) thread_limit(1) default(shared)
-      done = cholmod_factorize(a, self%current, self%common)
-      !$omp end teams
+      if (in_parallel()) then
+         done = cholmod_factorize(a, self%current, self%common)
+      else
+         !$omp teams num_teams(1) thread_limit(1) default(shared)
+         done = cholmod_factorize(a, self%current, self%common)
+         !$omp end teams
+      end if
       if (done == 0 .or. self%common%status < cholmod_ok) then
          call report(self%common%status, self%n, error)
          self%current = c_null_ptr
@@ -164,42 +207,42 @@ contains
       pivots%determinant_sign = 1 - 2*mod(pivots%negative, 2)
    end subroutine factorise
 
-   !> The pivots of the last factorisation, by equation: squares of the diagonal of L, or D.
-   subroutine pivots_of(self, d)
-      class(cholmod_t), intent(in) :: self
-      real(dp), intent(out) :: d(:) !< (n)
-      type(factor_t), pointer :: factor
-      integer(c_int), pointer :: perm(:), first(:), rows(:), start(:)
-      real(c_double), pointer :: x(:)
-      integer :: j, s, height, place
-
-      call c_f_pointer(self%current, factor)
-      call c_f_pointer(factor%perm, perm, [self%n])
-      if (factor%is_super /= 0) then
-         call c_f_pointer(factor%super, first, [factor%nsuper + 1])
-         call c_f_pointer(factor%pi, rows, [factor%nsuper + 1])
-         call c_f_pointer(factor%px, start, [factor%nsuper + 1])
-         call c_f_pointer(factor%x, x, [factor%xsize])
-         do s = 1, int(factor%nsuper)
-            height = rows(s + 1) - rows(s)
-            place = start(s) + 1
-            do j = first(s) + 1, first(s + 1)
-               d(perm(j) + 1) = x(place)**2
-               place = place + height + 1
-            end do
-         end do
-      else
-         call c_f_pointer(factor%p, start, [self%n + 1])
-         call c_f_pointer(factor%x, x, [factor%nzmax])
-         do j = 1, self%n
-            d(perm(j) + 1) = x(start(j) + 1)
-         end do
-      end if
-   end subroutine pivots_of
+   !> Does this thread work beside others? Then those that CHOLMOD would start have no place.
+   logical function in_parallel()
+      in_parallel = .false.
+      !$ in_parallel = omp_in_parallel()
+   end function in_parallel
 
    !> See finshell_direct_solver.
    subroutine solve(self, b, x, error)
       class(cholmod_t), intent(inout) :: self
+      real(dp), intent(in), target, contiguous :: b(:, :)
+      real(dp), intent(inout), target, contiguous :: x(:, :)
+      type(error_t), allocatable, intent(out) :: error
+      call self%solve_system(solve_a, b, x, error)
+   end subroutine solve
+
+   !> L x = b of a matrix as it stands, positive definite. Errors: there are none.
+   subroutine solve_lower(self, b, x, error)
+      class(cholmod_t), intent(inout) :: self
+      real(dp), intent(in), target, contiguous :: b(:, :)
+      real(dp), intent(inout), target, contiguous :: x(:, :)
+      type(error_t), allocatable, intent(out) :: error
+      call self%solve_system(solve_l, b, x, error)
+   end subroutine solve_lower
+
+   !> L^T x = b.
+   subroutine solve_upper(self, b, x, error)
+      class(cholmod_t), intent(inout) :: self
+      real(dp), intent(in), target, contiguous :: b(:, :)
+      real(dp), intent(inout), target, contiguous :: x(:, :)
+      type(error_t), allocatable, intent(out) :: error
+      call self%solve_system(solve_lt, b, x, error)
+   end subroutine solve_upper
+
+   subroutine solve_system(self, system, b, x, error)
+      class(cholmod_t), intent(inout) :: self
+      integer(c_int), intent(in) :: system
       real(dp), intent(in), target, contiguous :: b(:, :)
       real(dp), intent(inout), target, contiguous :: x(:, :)
       type(error_t), allocatable, intent(out) :: error
@@ -220,7 +263,7 @@ contains
       rhs%z = c_null_ptr
       rhs%xtype = cholmod_real
       rhs%dtype = 0
-      done = cholmod_solve2(solve_a, self%current, rhs, c_null_ptr, self%x, c_null_ptr, self%y, self%e, self%common)
+      done = cholmod_solve2(system, self%current, rhs, c_null_ptr, self%x, c_null_ptr, self%y, self%e, self%common)
       if (done == 0) then
          call report(self%common%status, self%n, error)
          return
@@ -228,7 +271,21 @@ contains
       call c_f_pointer(self%x, solution)
       call c_f_pointer(solution%x, values, [self%n, size(b, 2)])
       x(:self%n, :) = values
-   end subroutine solve
+   end subroutine solve_system
+
+   !> The last rows and columns of L of a matrix as it stands, positive definite.
+   subroutine corner(self, l)
+      class(cholmod_t), intent(in) :: self
+      real(dp), intent(out) :: l(:, :) !< (m, m) lower triangle, zeros above
+      call corner_of(self%current, self%n, l)
+   end subroutine corner
+
+   !> The pivots of the last factorisation, by equation: squares of the diagonal of L, or D.
+   subroutine pivots_of(self, d)
+      class(cholmod_t), intent(in) :: self
+      real(dp), intent(out) :: d(:) !< (n)
+      call diagonal_of(self%current, self%n, d)
+   end subroutine pivots_of
 
    !> See finshell_direct_solver.
    real(dp) function memory(self)

@@ -8,15 +8,17 @@ module finshell_cholmod_c
    implicit none
    private
    public :: cholmod_pattern, cholmod_real, cholmod_ok, cholmod_out_of_memory, cholmod_too_large
-   public :: solve_a, simplicial_or_supernodal, ordering_given
+   public :: solve_a, solve_l, solve_lt, simplicial_or_supernodal, always_supernodal, ordering_given, ordering_natural
    public :: common_t, sparse_t, dense_t, factor_t, layout_is_known
    public :: cholmod_start, cholmod_finish, cholmod_analyze, cholmod_analyze_p, cholmod_factorize, cholmod_solve2
-   public :: cholmod_copy_factor, cholmod_change_factor, cholmod_free_factor, cholmod_free_dense
+   public :: cholmod_bisect, cholmod_copy_factor, cholmod_change_factor, cholmod_free_factor, cholmod_free_dense
 
    integer(c_int), parameter :: cholmod_pattern = 0, cholmod_real = 1
    integer(c_int), parameter :: cholmod_ok = 0
    integer(c_int), parameter :: cholmod_out_of_memory = -2, cholmod_too_large = -3
-   integer(c_int), parameter :: solve_a = 0, simplicial_or_supernodal = 1, ordering_given = 0
+   integer(c_int), parameter :: solve_a = 0, solve_l = 4, solve_lt = 5
+   integer(c_int), parameter :: simplicial_or_supernodal = 1, always_supernodal = 2
+   integer(c_int), parameter :: ordering_natural = 0, ordering_given = 1
 
    type, bind(C) :: method_t
       real(c_double) :: lnz, fl, prune_dense, prune_dense2, nd_oksep, other_1(4)
@@ -94,6 +96,16 @@ module finshell_cholmod_c
          integer(c_size_t), value :: count
          type(common_t), intent(inout) :: common
       end function cholmod_analyze_p
+
+      integer(c_long) function cholmod_bisect(a, set, set_size, compress, partition, common) bind(C)
+         import :: c_int, c_long, c_ptr, c_size_t, sparse_t, common_t
+         type(sparse_t), intent(in) :: a
+         type(c_ptr), value :: set
+         integer(c_size_t), value :: set_size
+         integer(c_int), value :: compress
+         integer(c_int), intent(out) :: partition(*)
+         type(common_t), intent(inout) :: common
+      end function cholmod_bisect
 
       integer(c_int) function cholmod_factorize(a, l, common) bind(C)
          import :: c_int, c_ptr, sparse_t, common_t

@@ -5,9 +5,10 @@ module finshell_direct_solver
    use finshell_error, only: error_t
    use finshell_kinds, only: dp
    use finshell_sparsity, only: sparsity_t
+!$ use omp_lib, only: omp_get_max_threads
    implicit none
    private
-   public :: direct_solver_t, pivots_t, solver_options_t
+   public :: direct_solver_t, pivots_t, solver_options_t, threads_of
 
    !> What a user may choose.
    type :: solver_options_t
@@ -30,6 +31,7 @@ module finshell_direct_solver
       type(solver_options_t) :: options !< to be set before `analyse`
       logical :: approximate = .false. !< the factors are: solutions need an iteration (finshell_refinement)
       logical :: on_disk = .false. !< after `analyse`: the factors will be
+      logical :: tries_all = .false. !< it factorises many indefinite matrices as fast as others, and refuses the rest
       logical :: definite_only = .false. !< after `analyse`: others, where there are any, are faster for indefinite matrices
    contains
       procedure(analyse_interface), deferred :: analyse
@@ -83,4 +85,13 @@ module finshell_direct_solver
          class(direct_solver_t), intent(inout) :: self
       end subroutine free_interface
    end interface
+
+contains
+
+   !> As many as the solver may have.
+   integer function threads_of(options) result(threads)
+      type(solver_options_t), intent(in) :: options
+      threads = max(options%threads, 1)
+      !$ if (options%threads == 0) threads = omp_get_max_threads()
+   end function threads_of
 end module finshell_direct_solver

@@ -3,7 +3,7 @@ module finshell_lapack
    use finshell_kinds, only: dp
    implicit none
    private
-   public :: dpotrf
+   public :: dpotrf, dpotrs, dsyrk, dsytrf, dsytrs, dtrmv
 
    interface
       !> Cholesky's factor of a dense matrix, in its place.
@@ -14,5 +14,54 @@ module finshell_lapack
          real(dp), intent(inout) :: a(lda, *)
          integer, intent(out) :: info
       end subroutine dpotrf
+
+      !> Solve with it.
+      subroutine dpotrs(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: dp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(dp), intent(in) :: a(lda, *)
+         real(dp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dpotrs
+
+      !> L D L^T of a dense symmetric matrix, with the pivots of Bunch and Kaufman.
+      subroutine dsytrf(uplo, n, a, lda, ipiv, work, lwork, info)
+         import :: dp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda, lwork
+         real(dp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*)
+         real(dp), intent(out) :: work(*)
+         integer, intent(out) :: info
+      end subroutine dsytrf
+
+      !> Solve with it.
+      subroutine dsytrs(uplo, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: dp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+         real(dp), intent(in) :: a(lda, *)
+         real(dp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dsytrs
+
+      !> C = alpha A A^T + beta C, one triangle of C.
+      subroutine dsyrk(uplo, trans, n, k, alpha, a, lda, beta, c, ldc)
+         import :: dp
+         character, intent(in) :: uplo, trans
+         integer, intent(in) :: n, k, lda, ldc
+         real(dp), intent(in) :: alpha, beta, a(lda, *)
+         real(dp), intent(inout) :: c(ldc, *)
+      end subroutine dsyrk
+
+      !> x = A x or A^T x of a triangle.
+      subroutine dtrmv(uplo, trans, diag, n, a, lda, x, incx)
+         import :: dp
+         character, intent(in) :: uplo, trans, diag
+         integer, intent(in) :: n, lda, incx
+         real(dp), intent(in) :: a(lda, *)
+         real(dp), intent(inout) :: x(*)
+      end subroutine dtrmv
    end interface
 end module finshell_lapack

@@ -106,7 +106,7 @@ contains
       type(solver_options_t) :: with_disk
       class(direct_solver_t), allocatable :: other
       if (self%pattern%n == 0 .or. allocated(self%first)) return
-      call choose_solvers(self%options, self%pattern%symmetric, shared(self%pattern%team), self%first, self%second)
+      call choose_solvers(self%options, self%pattern, self%first, self%second)
       if (.not. allocated(self%first)) then
          call raise(error, status_invalid_argument, 'this finshell was built without a solver for this matrix')
          return
@@ -126,7 +126,7 @@ contains
       end if
       if (.not. can_work_on_disk()) return
       with_disk%solver = 'mumps'
-      call choose_solvers(with_disk, self%pattern%symmetric, shared(self%pattern%team), other, self%second)
+      call choose_solvers(with_disk, self%pattern, other, self%second)
       call self%first%free()
       call move_alloc(other, self%first)
       call self%first%analyse(self%pattern, self%order, error)
@@ -205,10 +205,11 @@ contains
       real(dp) :: shift
       logical :: as_definite
 
-      as_definite = self%pattern%symmetric .and. self%expect_definite .and. self%first%definite_only
+      as_definite = self%pattern%symmetric .and. self%first%definite_only .and. (self%expect_definite .or. self%first%tries_all)
       if (as_definite) then
          call self%try(self%values, .true., pivots, error)
          if (allocated(error)) return
+         self%first%tries_all = self%first%tries_all .and. pivots%ok
       end if
       if (.not. pivots%ok) then
          call equilibrate(self%pattern, self%values, self%scale)
