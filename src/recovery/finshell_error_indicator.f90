@@ -69,25 +69,34 @@ contains
       type(state_t), intent(in) :: state
       type(indicator_t), intent(out) :: indicator
       type(linear_change_t), intent(in), optional :: change
-      type(surface_strains_t) :: strains, more
+      type(surface_strains_t) :: strains
       real(wp), allocatable :: defect(:, :, :)
-      if (present(change)) then
-         call strains_of(problem, problem%state, strains)
-         call add_change(problem, strains, change%motion, more)
-         if (change%alone) then
-            strains%strain = more%strain
-            indicator%energy = stored_by(strains)
-         else
-            strains%strain = strains%strain + more%strain
-            indicator%energy = sum(strains%energy) + change%energy
-         end if
-      else
-         call strains_of(problem, state, strains)
-         indicator%energy = sum(strains%energy)
-      end if
+      call strains_of(problem, state, strains, indicator%energy, change)
       call strain_defects(problem, strains, defect)
       call measure(strains, defect, indicator)
    end subroutine estimate_error
+
+   !> Strains of a state, or of a linear change of that of the problem, and the energy that belongs to them.
+   subroutine strains_of(problem, state, strains, energy, change)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(surface_strains_t), intent(out) :: strains
+      real(wp), intent(out) :: energy
+      type(linear_change_t), intent(in), optional :: change
+      type(surface_strains_t) :: more
+      if (.not. present(change)) then
+         call strains_at(problem, state, strains)
+         energy = sum(strains%energy)
+         return
+      end if
+      call strains_at(problem, problem%state, strains)
+      call add_change(problem, strains, change%motion, more)
+      energy = sum(strains%energy) + change%energy
+      if (.not. change%alone) more%strain = strains%strain + more%strain
+      strains%strain = more%strain
+      strains%missing = more%missing
+      if (change%alone) energy = stored_by(strains)
+   end subroutine strains_of
 
    !> Indicator from what the strains are off.
    pure subroutine measure(strains, defect, indicator)
@@ -106,11 +115,12 @@ contains
    !>
    !> With the adjoint z, K z = gradient, the error of the monitor is the work of the error of the state on that of z:
    !> int d.K d_z dA (Becker & Rannacher 2001), z being linearised about the state. Errors: a singular matrix.
-   subroutine estimate_goal_error(problem, gradient, goal, error)
+   subroutine estimate_goal_error(problem, gradient, goal, error, change)
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: gradient(:) !< (problem%n) derivative of the monitor with respect to the unknowns
       type(goal_t), intent(out) :: goal
       type(error_t), allocatable, intent(out) :: error
+      type(linear_change_t), intent(in), optional :: change !< the monitor is that of a linear change of the state
       type(surface_strains_t) :: strains, adjoint
       type(indicator_t) :: dual
       real(wp), allocatable :: z(:), motion(:, :), defect(:, :, :), dual_defect(:, :, :)
@@ -123,9 +133,8 @@ contains
       call problem%solve(gradient, z, error)
       if (allocated(error)) return
       call scatter(problem%equations, z, motion)
-      call strains_of(problem, problem%state, strains)
+      call strains_of(problem, problem%state, strains, goal%state%energy, change)
       call strain_defects(problem, strains, defect)
-      goal%state%energy = sum(strains%energy)
       call measure(strains, defect, goal%state)
       call add_change(problem, strains, motion, adjoint)
       adjoint%stiffness = strains%stiffness
@@ -159,7 +168,7 @@ contains
    end subroutine monitor_gradient
 
    !> Strains of all elements at a state, and the stiffness of their sections.
-   subroutine strains_of(problem, state, strains, stiff)
+   subroutine strains_at(problem, state, strains, stiff)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(surface_strains_t), intent(out) :: strains
@@ -195,7 +204,7 @@ contains
             end do
          end do
       end associate
-   end subroutine strains_of
+   end subroutine strains_at
 
    !> The matrix with its eigenvalues made positive, where some are not.
    pure function definite(k) result(d)
@@ -246,8 +255,8 @@ contains
       type(surface_strains_t) :: behind
       real(wp) :: part
       part = small_part(motion, problem%detail)
-      call strains_of(problem, moved_state(problem%state, motion, part), changed, stiff=.false.)
-      call strains_of(problem, moved_state(problem%state, motion, -part), behind, stiff=.false.)
+      call strains_at(problem, moved_state(problem%state, motion, part), changed, stiff=.false.)
+      call strains_at(problem, moved_state(problem%state, motion, -part), behind, stiff=.false.)
       changed%strain = (changed%strain - behind%strain)/(2*part)
       changed%missing = changed%missing .or. behind%missing .or. strains%missing
    end subroutine add_change
