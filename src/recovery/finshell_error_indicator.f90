@@ -268,18 +268,20 @@ contains
       real(wp), allocatable, intent(out) :: defect(:, :, :) !< (6, 3, elements) component, point; 0 where strains are missing
       type(surroundings_t) :: surroundings
       real(wp), allocatable :: mean(:, :)
+      logical, allocatable :: found(:)
       real(wp) :: points(3, 3), smooth(6, 3)
       integer :: e, n
       n = size(strains%area)
       call new_surroundings(surroundings, problem%structure)
       mean = sum(strains%strain, 2)/3
+      found = .not. strains%missing
       allocate (defect(6, 3, n), source=0.0_wp)
       associate (mesh => problem%structure%mesh)
          !$omp parallel do private(points, smooth) schedule(static)
          do e = 1, n
-            if (strains%missing(e)) cycle
+            if (.not. found(e)) cycle
             points = matmul(mesh%coordinates(:, mesh%triangles(:, e)), strain_points) - spread(surroundings%centre(:, e), 2, 3)
-            call smooth_strain(surroundings, mesh%triangles, strains%axes, mean, .not. strains%missing, e, points, smooth)
+            call smooth_strain(surroundings, mesh%triangles, strains%axes, mean, found, e, points, smooth)
             defect(:, :, e) = smooth - strains%strain(:, :, e)
          end do
          !$omp end parallel do
