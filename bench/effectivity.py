@@ -64,7 +64,7 @@ HOLE = """&mesh file = 'hole.msh' /
 &monitor name = 'u' quantity = 'displacement' component = 'x' node_set = 'middle' /
 """
 
-TWIST = """&mesh generator = 'annulus' radii = 1, 1.5 angles = 0, 90 divisions = 12, 4 /
+TWIST = """&mesh generator = 'annulus' radii = 1, 1.5 angles = 0, 360 slit = .false. divisions = 48, 4 diagonal = 'forward' /
 &material name = 'm' law = 'st_venant_kirchhoff' e = 1000 nu = 0.3 /
 &section SECTION thickness = 0.1 /
 &support node_set = 'all' fixed = 'uz' /

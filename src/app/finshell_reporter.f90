@@ -13,6 +13,7 @@ module finshell_reporter
       cell_fields, cell_entries
    use finshell_observer, only: observer_t, record_t
    use finshell_recovery, only: recovery_t, recover
+   use finshell_result_fields, only: error_entry, find_field
    use finshell_results, only: results_file_t
    use finshell_stability, only: event_name, no_event
    use finshell_state, only: state_t, linear_change_t
@@ -47,6 +48,7 @@ module finshell_reporter
       integer :: unstable = 0 !< increments with negative pivots
       integer :: descents = 0 !< increments found by a descent
       integer :: linear = 0 !< linear solutions and modes
+      logical :: estimates = .false. !< of errors are asked for: fields or monitors
       real(wp) :: relative_error = -1 !< of the mesh, estimated, at the end; negative: not known
       integer :: switched = 0 !< linear and buckling steps whose solution decided which fibres act
       integer :: critical_points = 0 !< limit and bifurcation points
@@ -102,6 +104,8 @@ contains
       self%watched_elements = watched_elements(self%watches, size(problem%structure%mesh%triangles, 2))
       self%watched_entries = watched_entries(self%watches)
       self%cell_entries = cell_entries(output)
+      self%estimates = any(self%cell_entries == error_entry) .or. any(self%watched_entries == error_entry) &
+         .or. any(monitors%quantity == find_field('relative_error'))
       allocate (self%gaps(0))
       call take_lock(base_name//'.lock', self%lock, reason)
       if (reason /= '') then
@@ -217,7 +221,7 @@ contains
             'fibres act where the linear solution stretches them: found in ', record%switched, ' solutions'
       end if
       if (record%control == control_linear .or. record%control == control_buckling) self%linear = self%linear + 1
-      if (record%control == control_linear) then
+      if (record%control == control_linear .and. self%estimates) then
          call estimate_error(self%problem, state, indicator, change)
          self%relative_error = indicator%relative
       end if

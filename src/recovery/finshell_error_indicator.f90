@@ -210,23 +210,37 @@ contains
    pure function definite(k) result(d)
       real(wp), intent(in) :: k(6, 6)
       real(wp) :: d(6, 6)
-      real(dp) :: v(6, 6), w(6), scale(6), work(60)
-      integer :: i, info
+      real(wp) :: scale(6)
+      integer :: i
       d = k
       if (is_definite(k)) return
+      if (.not. any(abs(k(:3, 4:)) > 0)) then
+         d(:3, :3) = positive(k(:3, :3))
+         d(4:, 4:) = positive(k(4:, 4:))
+         return
+      end if
       ! membrane and bending have their own units
       scale(:3) = 1/sqrt(max(maxval(abs(k(:3, :3))), tiny(1.0_wp)))
       scale(4:) = 1/sqrt(max(maxval(abs(k(4:, 4:))), tiny(1.0_wp)))
       do i = 1, 6
-         v(:, i) = k(:, i)*scale*scale(i)
+         d(:, i) = k(:, i)*scale*scale(i)
       end do
-      call dsyev('V', 'U', 6, v, 6, w, work, size(work), info)
-      if (info /= 0) return
-      d = matmul(v*spread(abs(w), 1, 6), transpose(v))
+      d = positive(d)
       do i = 1, 6
          d(:, i) = d(:, i)/(scale*scale(i))
       end do
    end function definite
+
+   pure function positive(k) result(d)
+      real(wp), intent(in) :: k(:, :)
+      real(wp) :: d(size(k, 1), size(k, 1))
+      real(dp) :: v(size(k, 1), size(k, 1)), w(size(k, 1)), work(3*size(k, 1))
+      integer :: info
+      v = k
+      call dsyev('V', 'U', size(w), v, size(w), w, work, size(work), info)
+      d = k
+      if (info == 0) d = matmul(v*spread(abs(w), 1, size(w)), transpose(v))
+   end function positive
 
    !> By Cholesky's factorisation.
    pure logical function is_definite(k)
