@@ -215,8 +215,8 @@ contains
       d = k
       if (is_definite(k)) return
       if (.not. any(abs(k(:3, 4:)) > 0)) then
-         d(:3, :3) = positive(k(:3, :3))
-         d(4:, 4:) = positive(k(4:, 4:))
+         if (.not. is_definite(k(:3, :3))) d(:3, :3) = positive(k(:3, :3))
+         if (any(abs(k(4:, 4:)) > 0)) d(4:, 4:) = positive(k(4:, 4:)) ! membranes have none
          return
       end if
       ! membrane and bending have their own units
@@ -244,16 +244,16 @@ contains
 
    !> By Cholesky's factorisation.
    pure logical function is_definite(k)
-      real(wp), intent(in) :: k(6, 6)
-      real(wp) :: l(6, 6), d
+      real(wp), intent(in) :: k(:, :)
+      real(wp) :: l(size(k, 1), size(k, 1)), d
       integer :: i, j
       is_definite = .false.
       l = 0
-      do j = 1, 6
+      do j = 1, size(k, 1)
          d = k(j, j) - sum(l(j, :j - 1)**2)
          if (.not. d > 0) return
          l(j, j) = sqrt(d)
-         do i = j + 1, 6
+         do i = j + 1, size(k, 1)
             l(i, j) = (k(i, j) - dot_product(l(i, :j - 1), l(j, :j - 1)))/l(j, j)
          end do
       end do
