@@ -173,7 +173,7 @@ def main():
         folder = Path(folder)
         write_hole(folder / "hole.msh")
         for name in options.cases or CASES:
-            title = CASES[name][0]
+            title = full = CASES[name][0]
             for row in measure(program, folder, name):
                 elements, estimate, true, ratio, membrane, bending = row[:6]
                 exact = true < 1e-8
@@ -181,7 +181,7 @@ def main():
                 energy.append(f"| {title} | {elements:.0f} | {100 * true:.3g} | {100 * estimate:.3g} | " + " | ".join(parts) + " |")
                 print(energy[-1], flush=True)
                 if not exact and not 0.5 <= ratio <= 2:
-                    outside.append(f"{title}, {elements:.0f} elements: {ratio:.2f}")
+                    outside.append(f"{full}, {elements:.0f} elements: {ratio:.2f}")
                 if row[6] is not None and not exact:
                     value, off, change, bound = row[6:]
                     scale = 100 / abs(value + off)

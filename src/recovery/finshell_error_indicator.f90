@@ -16,7 +16,7 @@ module finshell_error_indicator
    use finshell_state, only: linear_change_t, moved_state, small_part, state_t
    use finshell_status, only: status_ok
    use finshell_strain_batch, only: element_strains_t, recover_strains, strain_points
-   use finshell_strain_patch, only: new_surroundings, smooth_strain, surroundings_t
+   use finshell_strain_patch, only: n_strains, new_surroundings, smooth_strain, surroundings_t
    implicit none
    private
    public :: indicator_t, goal_t, estimate_error, estimate_goal_error, monitor_gradient
@@ -183,8 +183,8 @@ contains
       if (present(stiff)) with_stiffness = stiff
       associate (structure => problem%structure)
          n = size(structure%mesh%triangles, 2)
-         allocate (strains%axes(3, 2, n), strains%area(n), strains%energy(n), strains%strain(6, 3, n), strains%missing(n))
-         if (with_stiffness) allocate (strains%stiffness(6, 6, n))
+         allocate (strains%axes(3, 2, n), strains%area(n), strains%energy(n), strains%strain(n_strains, 3, n), strains%missing(n))
+         if (with_stiffness) allocate (strains%stiffness(n_strains, n_strains, n))
          do s = 1, size(structure%sections)
             list = pack([(i, i=1, n)], structure%element_section == s)
             if (size(list) == 0) cycle
@@ -208,9 +208,9 @@ contains
 
    !> The matrix with its eigenvalues made positive, where some are not.
    pure function definite(k) result(d)
-      real(wp), intent(in) :: k(6, 6)
-      real(wp) :: d(6, 6)
-      real(wp) :: scale(6)
+      real(wp), intent(in) :: k(n_strains, n_strains)
+      real(wp) :: d(n_strains, n_strains)
+      real(wp) :: scale(n_strains)
       integer :: i
       d = k
       if (is_definite(k)) return
@@ -222,11 +222,11 @@ contains
       ! membrane and bending have their own units
       scale(:3) = 1/sqrt(max(maxval(abs(k(:3, :3))), tiny(1.0_wp)))
       scale(4:) = 1/sqrt(max(maxval(abs(k(4:, 4:))), tiny(1.0_wp)))
-      do i = 1, 6
+      do i = 1, n_strains
          d(:, i) = k(:, i)*scale*scale(i)
       end do
       d = positive(d)
-      do i = 1, 6
+      do i = 1, n_strains
          d(:, i) = d(:, i)/(scale*scale(i))
       end do
    end function definite
@@ -283,13 +283,13 @@ contains
       type(surroundings_t) :: surroundings
       real(wp), allocatable :: mean(:, :)
       logical, allocatable :: found(:)
-      real(wp) :: points(3, 3), smooth(6, 3)
+      real(wp) :: points(3, 3), smooth(n_strains, 3)
       integer :: e, n
       n = size(strains%area)
       call new_surroundings(surroundings, problem%structure)
       mean = sum(strains%strain, 2)/3
       found = .not. strains%missing
-      allocate (defect(6, 3, n), source=0.0_wp)
+      allocate (defect(n_strains, 3, n), source=0.0_wp)
       associate (mesh => problem%structure%mesh)
          !$omp parallel do private(points, smooth) schedule(static)
          do e = 1, n
@@ -311,7 +311,7 @@ contains
       integer :: p
       work = 0
       do p = 1, 3
-         work = work + strains%area(e)/6*dot_product(a(:, p, e), matmul(strains%stiffness(:, :, e), b(:, p, e)))
+         work = work + strains%area(e)/3*0.5_wp*dot_product(a(:, p, e), matmul(strains%stiffness(:, :, e), b(:, p, e)))
       end do
    end function product_of
 
