@@ -4,7 +4,8 @@ module finshell_reporter
    use finshell_kinds, only: wp
    use finshell_disk, only: lock_t, remove_in_system, take_lock
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_error, only: error_t, raise, text_of
+   use finshell_error_indicator, only: estimate_error, indicator_t
+   use finshell_error, only: error_t, raise
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
    use finshell_mode_table, only: mode_table_t
@@ -13,18 +14,18 @@ module finshell_reporter
       cell_fields, cell_entries
    use finshell_observer, only: observer_t, record_t
    use finshell_recovery, only: recovery_t, recover
+   use finshell_result_fields, only: error_entry, find_field
    use finshell_results, only: results_file_t
-   use finshell_stability, only: event_name, no_event
+   use finshell_stability, only: no_event
+   use finshell_screen, only: show_event, show_increment, show_snap, show_vibration
    use finshell_state, only: state_t, linear_change_t
    use finshell_status, only: status_io_error
    use finshell_storage, only: storage_t
-   use finshell_step, only: control_frequencies, is_mode, leaves_state
+   use finshell_step, only: control_frequencies, control_linear, is_mode, leaves_state
    use finshell_version, only: version
    implicit none
    private
    public :: reporter_t
-
-   integer, parameter :: shown = 3 !< monitors on the screen
 
    !> How many values of a monitor or field could not be recovered.
    type :: gap_t
@@ -48,6 +49,8 @@ module finshell_reporter
       integer :: unstable = 0 !< increments with negative pivots
       integer :: descents = 0 !< increments found by a descent
       integer :: linear = 0 !< linear solutions and modes
+      logical :: estimates = .false. !< of errors are asked for: fields or monitors
+      real(wp) :: relative_error = -1 !< of the mesh, estimated, at the end; negative: not known
       integer :: switched = 0 !< linear and buckling steps whose solution decided which fibres act
       integer :: critical_points = 0 !< limit and bifurcation points
       integer :: rounded = 0 !< increments that rounding kept from their tolerance
@@ -70,7 +73,6 @@ module finshell_reporter
       procedure, private :: evaluate
       procedure, private :: write_fields
       procedure, private :: count_gaps
-      procedure, private :: show_vibration
    end type reporter_t
 
 contains
@@ -103,6 +105,8 @@ contains
       self%watched_elements = watched_elements(self%watches, size(problem%structure%mesh%triangles, 2))
       self%watched_entries = watched_entries(self%watches)
       self%cell_entries = cell_entries(output)
+      self%estimates = any(self%cell_entries == error_entry) .or. any(self%watched_entries == error_entry) &
+         .or. any(monitors%quantity == find_field('relative_error'))
       allocate (self%gaps(0))
       call take_lock(base_name//'.lock', self%lock, reason)
       if (reason /= '') then
@@ -181,6 +185,7 @@ contains
       type(linear_change_t), intent(in), optional, target :: change
       type(increment_t) :: row
       type(recovery_t) :: recovery
+      type(indicator_t) :: indicator
       logical :: with_fields
       integer :: i
 
@@ -203,8 +208,14 @@ contains
          'arc-length stands in from here: what the step prescribes turns round  ', &
          'the control of the step takes over again                              ', record%stands_in))
       self%stands_in = record%stands_in
-      if (.not. self%quiet) call show(self, record, [(monitor_value(row, i), i=1, size(row%monitors))])
-      if (record%control == control_frequencies) call self%show_vibration(record, error)
+      if (.not. self%quiet) call show_increment(record, self%monitors, [(monitor_value(row, i), i=1, size(row%monitors))])
+      if (record%control == control_frequencies) then
+         if (.not. self%quiet) call show_vibration(record%vibration)
+         associate (v => record%vibration)
+            call self%modes%append(self%base_name//'.modes.csv', record%increment, &
+                                   [v%frequency, v%generalised_mass, v%effective_mass, v%whole_mass], error)
+         end associate
+      end if
       if (allocated(error)) return
       if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
          'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
@@ -219,6 +230,10 @@ contains
             'fibres act where the linear solution stretches them: found in ', record%switched, ' solutions'
       end if
       if (leaves_state(record%control)) self%linear = self%linear + 1
+      if (record%control == control_linear .and. self%estimates) then
+         call estimate_error(self%problem, state, indicator, change)
+         self%relative_error = indicator%relative
+      end if
       if (record%event /= no_event) then
          self%critical_points = self%critical_points + 1
          if (.not. self%quiet) call show_event(record)
@@ -244,9 +259,14 @@ contains
       type(error_t), allocatable :: ignored
       type(increment_t) :: row
       type(recovery_t) :: recovery
+      type(indicator_t) :: indicator
       if (self%output%fields .and. self%last%increment > self%last_written .and. self%last_written >= 0) then
          call self%evaluate(state, self%last, .true., row, recovery)
          call self%write_fields(state, row, recovery, error)
+      end if
+      if (self%last%increment > 0 .and. .not. leaves_state(self%last%control)) then
+         call estimate_error(self%problem, state, indicator)
+         self%relative_error = indicator%relative
       end if
       call self%results%close(ignored)
       if (allocated(ignored) .and. .not. allocated(error)) call move_alloc(ignored, error)
@@ -314,78 +334,4 @@ contains
       if (i > size(self%gaps)) self%gaps = [self%gaps, gap_t(name)]
       self%gaps(i)%values = self%gaps(i)%values + count(missing)
    end subroutine count_gaps
-
-   !> A limit or bifurcation point.
-   subroutine show_event(record)
-      type(record_t), intent(in) :: record
-      if (record%located) then
-         write (output_unit, '(5x,a)') event_name(record%event)//' located at load factor '//text_of(record%load_factor) &
-            //'; cosine between null vector and load '//text_of(record%load_cosine)
-      else
-         write (output_unit, '(5x,a)') event_name(record%event)//' passed since the increment before'
-      end if
-   end subroutine show_event
-
-   !> An increment that has left the path.
-   subroutine show_snap(record)
-      type(record_t), intent(in) :: record
-      if (abs(record%misfit) > 0.01_wp) then
-         write (output_unit, '(5x,a,f0.1,a)') 'SNAP: this state is not the continuation of the path; work and stored energy ' &
-            //'differ by ', 100*abs(record%misfit), ' %'
-      else
-         write (output_unit, '(5x,a)') 'SNAP: this state is not the continuation of the path; shorter increments found none'
-      end if
-   end subroutine show_snap
-
-   !> Frequency and effective masses of a mode: on the screen and in NAME.modes.csv.
-   subroutine show_vibration(self, record, error)
-      class(reporter_t), intent(inout) :: self
-      type(record_t), intent(in) :: record
-      type(error_t), allocatable, intent(out) :: error
-      character(len=60) :: shares
-      associate (v => record%vibration)
-         write (shares, '(3(f6.1,a))') 100*v%effective_mass(1)/v%whole_mass, ' %,', 100*v%effective_mass(2)/v%whole_mass, ' %,', &
-            100*v%effective_mass(3)/v%whole_mass, ' %'
-         if (.not. self%quiet) write (output_unit, '(5x,a)') 'frequency '//text_of(v%frequency) &
-            //'; effective mass along x, y, z: '//trim(adjustl(shares))
-         call self%modes%append(self%base_name//'.modes.csv', record%increment, &
-                                [v%frequency, v%generalised_mass, v%effective_mass, v%whole_mass], error)
-      end associate
-   end subroutine show_vibration
-
-   !> Progress: increment, load factor, monitors, iterations, cuts, pivots, CPU seconds.
-   subroutine show(self, record, values)
-      class(reporter_t), intent(in) :: self
-      type(record_t), intent(in) :: record
-      real(wp), intent(in) :: values(:)
-      character(len=14) :: heading
-      integer :: i, n
-      n = min(shown, size(values))
-      if (record%increment == 1) then
-         write (output_unit, '(a)', advance='no') '  inc    load factor'
-         do i = 1, n
-            heading = self%monitors(i)%name
-            write (output_unit, '(1x,a)', advance='no') adjustr(heading)
-         end do
-         write (output_unit, '(a)') '  iterations  cuts  negative pivots   CPU s'
-      end if
-      write (output_unit, '(i5,a)', advance='no') record%increment, column(record%load_factor)
-      do i = 1, n
-         write (output_unit, '(a)', advance='no') column(values(i))
-      end do
-      if (record%negative_pivots < 0) then
-         write (output_unit, '(i12,i6,a17,f8.2)') record%iterations, record%cuts, '?', record%cpu_time
-      else
-         write (output_unit, '(i12,i6,i17,f8.2)') record%iterations, record%cuts, record%negative_pivots, record%cpu_time
-      end if
-      flush (output_unit)
-   end subroutine show
-
-   !> A number as a column, with a blank before it.
-   pure function column(x) result(text)
-      real(wp), intent(in) :: x
-      character(len=15) :: text
-      text = text_of(x)
-      text = adjustr(text)
-   end function column
 end module finshell_reporter
