@@ -218,6 +218,7 @@ contains
                return
             end if
             attempt = self%plan(problem, step, targets, no_landing)
+            attempt%again = .true.
             attempt%plain = mod(cuts, 2) == 1 ! what mixed Newton cannot reach, plain Newton may
          end do
 

@@ -27,9 +27,9 @@ module finshell_start
 
 contains
 
-   !> From rest, the base of the problem, to equilibrium at the load factor `target`. On success the state is the new equilibrium; on
-   !> failure it is anything. The base is what it was. result%first is not known: the energy of so long an increment cannot be judged
-   !> by the tangents at its ends.
+   !> From rest, the base of the problem, to equilibrium at the load factor `target`. On success the state is the new
+   !> equilibrium; on failure it is anything. The base is what it was. result%first is not known: the energy of so long an
+   !> increment cannot be judged by the tangents at its ends.
    subroutine start_softly(problem, target, turn, settings, mean_levels, scaling, result)
       class(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: target

@@ -23,6 +23,7 @@ module finshell_tracker
    type :: attempt_t
       integer :: control = control_load
       real(wp) :: size = 0 !< signed, in the measure of the control
+      logical :: again = .false. !< an attempt from here has failed
       logical :: plain = .false. !< plain Newton, even where the step asks for mixed
       logical :: softly = .false. !< by finshell_start
       real(wp) :: turn = 0 !< rotation of the linear answer to it
@@ -253,7 +254,7 @@ contains
          call descend(problem, constraint%target, step%convergence, self%mean_levels, attempt%reach, result, step%scaling)
       else
          call solve_increment(problem, constraint, settings, self%mean_levels, result, &
-                              stable=at_rest(self, problem, step, attempt) .and. .not. attempt%plain)
+                              stable=at_rest(self, problem, step, attempt) .and. .not. attempt%again)
       end if
       if (result%converged .and. attempt%control == control_load) &
          call set_factor(problem%state, step%scaling, constraint%target) ! its last bits may differ
