@@ -9,7 +9,8 @@ module finshell_step
    public :: step_t, convergence_t, convergence_preset, constant_ramp
    public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
    public :: control_frequencies, leaves_state, is_mode, mass_higher_order, mass_consistent, mass_lumped
-   public :: prescribes_monitored, off_the_way, snap_ignore, snap_mark, snap_refuse, mixed_never, mixed_always, mixed_auto
+   public :: prescribes_monitored, off_the_way, snap_ignore, snap_mark, snap_refuse, mixed_never, mixed_always, mixed_auto, &
+      tangent_never, tangent_always, tangent_auto
 
    !> What is prescribed in an increment: the load factor; a displacement; the length of the increment; an enclosed volume.
    integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3, control_volume = 4
@@ -26,6 +27,8 @@ module finshell_step
 
    !> Mixed-integration-point Newton: never, always, or in iterations that ask for it (finshell_newton).
    integer, parameter :: mixed_never = 0, mixed_always = 1, mixed_auto = 2
+   !> The predictor along the tangent: never, always, or while the path is smooth (finshell_tracker).
+   integer, parameter :: tangent_never = 0, tangent_always = 1, tangent_auto = 2
 
    !> When an increment counts as converged: both criteria at once (norms: `finshell_convergence`).
    type :: convergence_t
@@ -69,7 +72,7 @@ module finshell_step
       real(wp) :: growth = 2.0_wp !< largest ratio of an increment to the one before
       integer :: wanted_iterations = 0 !< the size aims at this number of iterations; 0: 5, or 7 with tight tolerances
       logical :: extrapolate = .true. !< start an increment from the extrapolated path
-      logical :: tangent_predictor = .false. !< and along its tangent (finshell_predictor)
+      integer :: tangent_predictor = tangent_auto !< and along its tangent (finshell_predictor)
       real(wp) :: load_scale = 0 !< arc-length: weight of the load factor in the length, 0 cylindrical, 1 spherical
       integer :: modes = 4 !< buckling, frequencies: number of modes
       real(wp) :: near = 0 !< modes nearest to this load factor or frequency; 0: the lowest above the present one, or of all

@@ -6,14 +6,16 @@ module finshell_locate
    use finshell_problem, only: problem_t
    use finshell_state, only: state_t
    use finshell_step, only: step_t, control_arc_length
-   use finshell_control, only: arc_norm, arc_product
+   use finshell_control, only: arc_norm, arc_product, control_vector
+   use finshell_observer, only: record_t
    use finshell_newton, only: newton_result_t
    use finshell_targets, only: targets_t
    use finshell_tracker, only: tracker_t, attempt_t
-   use finshell_stability, only: stability_t, limit_point, limit_and_bifurcation, smallest_eigenpair, load_cosine
+   use finshell_stability, only: stability_t, event_between, no_event, limit_point, limit_and_bifurcation, smallest_eigenpair, &
+      load_cosine
    implicit none
    private
-   public :: locate, location_t
+   public :: mark, location_t
 
    type :: location_t
       logical :: found = .false.
@@ -29,6 +31,35 @@ module finshell_locate
    real(wp), parameter :: residual = 1.0e-5_wp, correction = 1.0e-4_wp
 
 contains
+
+   !> Note in the record what the increment passed; locate it on request. A point that cannot be located speaks against the
+   !> increment, as it is easier to find in a shorter one, but not for ever.
+   subroutine mark(tracker, problem, step, targets, before, attempt, after, result, record, place, cuts, complaint)
+      type(tracker_t), intent(inout) :: tracker
+      class(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(targets_t), intent(in) :: targets
+      type(stability_t), intent(in) :: before
+      type(attempt_t), intent(inout) :: attempt
+      type(stability_t), intent(inout) :: after
+      type(newton_result_t), intent(inout) :: result
+      type(record_t), intent(inout) :: record
+      type(location_t), intent(out) :: place
+      integer, intent(in) :: cuts
+      character(len=:), allocatable, intent(inout) :: complaint
+
+      record%negative_pivots = after%negative_pivots
+      ! The first state of a branch does not lie beyond the point on the path that is left.
+      if (attempt%control == control_vector) after%known = .false.
+      record%event = event_between(before, after)
+      if (record%event == no_event .or. .not. step%locate) return
+      call locate(tracker, problem, step, targets, record%event, before, attempt, result, place)
+      record%iterations = record%iterations + place%solves
+      record%located = place%found
+      record%load_cosine = place%cosine
+      if (place%found) record%negative_pivots = problem%negative_pivots
+      if (.not. place%found .and. cuts < min(2, step%maximum_cuts)) complaint = 'a critical point could not be located'
+   end subroutine mark
 
    !> On success the state of the problem is the point, `attempt` and `result` are the increment that leads there. Else all is as
    !> before.

@@ -26,7 +26,7 @@ module finshell_newton
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
-   public :: newton_result_t, solve_increment
+   public :: newton_result_t, solve_increment, give_up, too_soft
 
    !> A correction that leads where the element cannot be evaluated is halved this many times before giving up.
    integer, parameter :: halvings = 3
@@ -43,12 +43,14 @@ module finshell_newton
 contains
 
    !> Iterate from the (predicted) state of the problem. On success the state is the new equilibrium; on failure it is anything.
-   subroutine solve_increment(problem, constraint, settings, mean_levels, result)
+   subroutine solve_increment(problem, constraint, settings, mean_levels, result, stable)
       class(problem_t), intent(inout) :: problem
       type(constraint_t), intent(in) :: constraint
       type(convergence_t), intent(in) :: settings
       real(wp), intent(in) :: mean_levels(2) !< mean force and moment level of the converged increments
       type(newton_result_t), intent(out) :: result
+      !> Give up where a structure too soft for its load turns unstable on the way from rest: there is another start.
+      logical, intent(in), optional :: stable
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:), stress(:, :)
       real(wp) :: change, scale, angle, earlier(2), before
@@ -113,6 +115,12 @@ contains
             result%first_rotation = angle
             if (angle > too_soft .and. .not. any(abs(problem%base%displacement) > 0)) choose = .false.
             mixed = mixed .and. (choose .or. settings%mixed == mixed_always)
+         end if
+         if (present(stable) .and. result%first_rotation > too_soft) then
+            if (stable .and. problem%negative_pivots > 0 .and. result%iterations > 1) then
+               call give_up(result, status_not_converged, 'the structure is unstable on the way from rest')
+               return
+            end if
          end if
          scale = 1
          if (settings%rotation_limit > 0 .and. angle > settings%rotation_limit) scale = settings%rotation_limit/angle

@@ -20,8 +20,8 @@ module finshell_path
    use finshell_observer, only: record_t, observer_t
    use finshell_targets, only: targets_t, new_targets
    use finshell_tracker, only: tracker_t, attempt_t, monitored
-   use finshell_stability, only: stability_t, find_stability, event_between, no_event, bifurcation_point, limit_and_bifurcation
-   use finshell_locate, only: locate, location_t
+   use finshell_stability, only: stability_t, find_stability, bifurcation_point, limit_and_bifurcation
+   use finshell_locate, only: mark, location_t
    use finshell_caution, only: objection, at_fold, fold_text, grip_of, grip_is_back
    use finshell_balance, only: verdict_t
    use finshell_diagnosis, only: failure_t, failure_text, crawls_to_limit, where_text
@@ -44,7 +44,6 @@ module finshell_path
       procedure :: follow
       procedure, private :: bring_in_constants
       procedure, private :: advance
-      procedure, private :: mark
       procedure, private :: fall_back
       procedure, private :: settle
       procedure, private :: adapt
@@ -88,9 +87,11 @@ contains
       call self%progress%begin(problem%state)
       self%rough = .false.
       self%hampered = .false.
+      self%smooth = .true.
       if (allocated(self%branch)) deallocate (self%branch)
       if (continues(self%history, step, targets, problem%state%load_factor)) then
          self%history%monitored = 0
+         self%history%has_tangent = .false. ! another control goes another way from here
          self%size = self%history%length(1)
       else
          call self%history%forget()
@@ -170,12 +171,24 @@ contains
                if (attempt%control /= control_vector) call self%look_back(problem, step, targets, attempt, overshot)
                if (overshot) cycle
                call find_stability(problem, step%scaling, result, self%increments == 0, self%stability, after, record%iterations)
+               if (attempt%along .and. after%negative_pivots > max(self%stability%negative_pivots, 0)) then
+                  ! Along the tangent an increment may arrive on an unstable branch that the path does not take.
+                  attempt%chord = .true.
+                  call problem%restore()
+                  cycle
+               end if
                call objection(self%tracker_t, problem, step, attempt, result, self%stability, after, complaint, turning, verdict)
-               if (complaint == '') call self%mark(problem, step, targets, attempt, after, result, record, place, cuts, complaint)
+               if (complaint == '') call mark(self%tracker_t, problem, step, targets, self%stability, attempt, after, result, &
+                                              record, place, cuts, complaint)
                if (complaint == '') exit
                result%converged = .false.
                result%code = status_not_converged
                result%reason = complaint
+            else if (self%may_start_softly(problem, step, result, cuts, attempt)) then
+               call problem%restore()
+               attempt%softly = .true.
+               attempt%turn = result%first_rotation
+               cycle
             else if (self%may_descend(problem, step, targets, result, cuts, attempt)) then
                call problem%restore()
                attempt%descends = .true.
@@ -205,6 +218,7 @@ contains
                return
             end if
             attempt = self%plan(problem, step, targets, no_landing)
+            attempt%again = .true.
             attempt%plain = mod(cuts, 2) == 1 ! what mixed Newton cannot reach, plain Newton may
          end do
 
@@ -225,34 +239,6 @@ contains
          exhausted = cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor
       end function exhausted
    end subroutine advance
-
-   !> Note in the record what the increment passed; locate it on request. A point that cannot be located speaks against the
-   !> increment, as it is easier to find in a shorter one, but not for ever.
-   subroutine mark(self, problem, step, targets, attempt, after, result, record, place, cuts, complaint)
-      class(path_t), intent(inout) :: self
-      class(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(targets_t), intent(in) :: targets
-      type(attempt_t), intent(inout) :: attempt
-      type(stability_t), intent(inout) :: after
-      type(newton_result_t), intent(inout) :: result
-      type(record_t), intent(inout) :: record
-      type(location_t), intent(out) :: place
-      integer, intent(in) :: cuts
-      character(len=:), allocatable, intent(inout) :: complaint
-
-      record%negative_pivots = after%negative_pivots
-      ! The first state of a branch does not lie beyond the point on the path that is left.
-      if (attempt%control == control_vector) after%known = .false.
-      record%event = event_between(self%stability, after)
-      if (record%event == no_event .or. .not. step%locate) return
-      call locate(self%tracker_t, problem, step, targets, record%event, self%stability, attempt, result, place)
-      record%iterations = record%iterations + place%solves
-      record%located = place%found
-      record%load_cosine = place%cosine
-      if (place%found) record%negative_pivots = problem%negative_pivots
-      if (.not. place%found .and. cuts < min(2, step%maximum_cuts)) complaint = 'a critical point could not be located'
-   end subroutine mark
 
    !> After a failed attempt: the next size, or another control.
    subroutine fall_back(self, problem, step, targets, attempt, cuts, turning, no_landing)
@@ -311,7 +297,7 @@ contains
       real(wp), allocatable :: x(:)
       real(wp) :: change, moved, length, factor, reached
       real(dp) :: now
-      logical :: first
+      logical :: first, missed
 
       allocate (x(problem%n))
       call problem%increment(x)
@@ -325,7 +311,8 @@ contains
       self%laboured = fading*self%laboured + merge(1, 0, record%cuts > 0)
       self%tangent = result%last
       self%leaping = .false.
-      call self%remember(problem, step, x, change, moved, length)
+      missed = self%hampered .and. record%cuts > 0
+      call self%remember(problem, step, attempt, result, missed, x, change, moved, length)
       self%rough = attempt%descends .and. result%regularised > 0
       self%hampered = record%cuts > 0
       ! What a descent has found is not the way the path goes.
@@ -384,8 +371,8 @@ contains
       else if (step%control == control_arc_length .and. first) then
          if (abs(change) > 0) self%length_per_factor = length/abs(change)
          self%size = next_size(length, result%iterations, cuts, step)
-      else if (self%rough) then
-         ! How hard a descent was says nothing about the next increment.
+      else if (self%rough .or. attempt%softly) then
+         ! How hard a descent or a soft start was says nothing about the next increment.
          self%size = max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0))
       else if (.not. attempt%landing) then
          self%size = next_size(max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0)), result%iterations, cuts, step)

@@ -77,21 +77,26 @@ contains
 
    !> Extrapolated correction x and change of the factor for an increment of `size` in the measure of a control; `ok` is false
    !> where nothing can be said: no history, or the measure has just turned round.
-   pure subroutine predict(self, control, size, x, change, ok)
+   pure subroutine predict(self, control, size, x, change, ok, along, by_states)
       class(history_t), intent(in) :: self
       integer, intent(in) :: control
       real(wp), intent(in) :: size
       real(wp), intent(out) :: x(:), change
       logical, intent(out) :: ok
+      logical, intent(out), optional :: along !< the tangent was taken
+      logical, intent(in), optional :: by_states !< it is not to be taken
       real(wp) :: h(depth), s, part
 
       x = 0
       change = 0
+      if (present(along)) along = .false.
       h = self%measure(control)
       ok = self%count >= 1
       if (ok) ok = abs(h(1)) > 0 .and. size*h(1) > 0
       if (.not. ok) return
       s = self%way_by_tangent(control, size)
+      if (present(by_states)) s = merge(0.0_wp, s, by_states)
+      if (present(along)) along = s > 0
       if (s > 0) then
          part = (s/self%length(1))**2
          x = (s + part*self%length(1))*self%direction - part*self%vector(:, 1)

@@ -6,10 +6,11 @@ module finshell_tracker
    use finshell_problem, only: problem_t
    use finshell_state, only: state_t
    use finshell_step, only: convergence_t, step_t, control_load, control_displacement, control_arc_length, control_volume, &
-      prescribes_monitored, mixed_auto, mixed_never
+      prescribes_monitored, mixed_auto, mixed_never, tangent_always, tangent_auto, tangent_never
    use finshell_control, only: constraint_t, control_vector, arc_norm, arc_product
-   use finshell_newton, only: newton_result_t, solve_increment
+   use finshell_newton, only: newton_result_t, solve_increment, too_soft
    use finshell_descent, only: descend
+   use finshell_start, only: start_softly
    use finshell_predictor, only: history_t
    use finshell_balance, only: tangent_t
    use finshell_increment, only: toward, snapped, fraction_passed, cut_ratio
@@ -22,12 +23,17 @@ module finshell_tracker
    type :: attempt_t
       integer :: control = control_load
       real(wp) :: size = 0 !< signed, in the measure of the control
+      logical :: again = .false. !< an attempt from here has failed
       logical :: plain = .false. !< plain Newton, even where the step asks for mixed
+      logical :: softly = .false. !< by finshell_start
+      real(wp) :: turn = 0 !< rotation of the linear answer to it
       logical :: descends = .false. !< by finshell_descent, without prediction; load control only
       real(wp) :: reach = huge(1.0_wp) !< of a descent
       logical :: landing = .false. !< a load level or monitored value is to be met, in another measure than the step's
       real(wp) :: prescribed = 0 !< the value that is prescribed, set by `try`
       real(wp) :: interpolate = 0 !< > 0: start at this fraction of the increment that overshot
+      logical :: along = .false. !< predicted along the tangent; set by `try`
+      logical :: chord = .false. !< not to be predicted along the tangent
       real(wp), allocatable :: predicted(:) !< the predicted increment, unallocated without a prediction; set by `try`
    end type attempt_t
 
@@ -40,6 +46,8 @@ module finshell_tracker
       logical :: substitute = .false. !< arc-length stands in for a control whose quantity turns round
       logical :: rough = .false. !< the last increment was found by a descent only, so the next is sought by one at once
       logical :: hampered = .false. !< the last increment was cut
+      !> So far the path is that of a stable structure, found by Newton's method, not by rounding.
+      logical :: smooth = .true.
       logical :: young = .false. !< the last increment began a branch
       real(wp), allocatable :: branch(:) !< the next increment leaves the path along this vector
       type(tangent_t) :: tangent !< to the path at the last converged state; not known at the start of a step
@@ -55,6 +63,7 @@ module finshell_tracker
       procedure :: look_back
       procedure :: keep_increment
       procedure :: remember
+      procedure :: may_start_softly
       procedure :: may_descend
    end type tracker_t
 
@@ -62,6 +71,32 @@ module finshell_tracker
    real(wp), parameter :: near = 0.5_wp
 
 contains
+
+   !> May an increment that Newton's method has missed be the start from rest of a structure that is too soft for its load?
+   !> Membranes and laws without stiffness at rest have a start of their own.
+   function may_start_softly(self, problem, step, result, cuts, attempt) result(yes)
+      class(tracker_t), intent(in) :: self
+      class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(newton_result_t), intent(in) :: result
+      integer, intent(in) :: cuts
+      type(attempt_t), intent(in) :: attempt
+      logical :: yes
+      yes = at_rest(self, problem, step, attempt) .and. cuts == 0 .and. result%first_pivots == 0 &
+            .and. result%first_rotation > too_soft
+   end function may_start_softly
+
+   pure function at_rest(self, problem, step, attempt) result(yes)
+      class(tracker_t), intent(in) :: self
+      class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(attempt_t), intent(in) :: attempt
+      logical :: yes
+      yes = self%history%count == 0 .and. attempt%control == control_load .and. .not. (attempt%descends .or. attempt%softly) &
+         .and. step%control == control_load .and. step%tangent_predictor /= tangent_never &
+         .and. step%convergence%mixed == mixed_auto .and. .not. (problem%soft .or. problem%limp)
+      if (yes) yes = .not. any(abs(problem%base%displacement) > 0)
+   end function at_rest
 
    !> May an increment that Newton's method has missed (`result`) after some cuts be sought by a descent? Under a prescribed load
    !> only, at the first increment of an arc-length step too. Sets how far the descent may lead.
@@ -87,7 +122,7 @@ contains
       yes = yes .and. .not. self%snapped_size > 0
       if (.not. yes) return
       last = self%hampered .or. cut_ratio*abs(attempt%size) < targets%smallest_size
-      yes = cuts > 0 .or. problem%soft .or. self%rough .or. last
+      yes = cuts > 0 .or. problem%soft .or. self%rough .or. last .or. attempt%softly
       if (.not. yes) return
       moved = norm2(problem%base%displacement)
       if (self%history%count == 0 .and. .not. self%rough .and. &
@@ -186,6 +221,7 @@ contains
       if (allocated(attempt%predicted) .and. .not. attempt%descends) deallocate (attempt%predicted)
 
       known = .false.
+      attempt%along = .false.
       if (attempt%control == control_vector) then
          constraint%vector = self%branch
          x = attempt%size*self%branch
@@ -196,7 +232,7 @@ contains
          change = attempt%interpolate*self%overshoot_change
          known = .true.
       else if (step%extrapolate .and. .not. attempt%descends) then
-         call self%history%predict(attempt%control, attempt%size, x, change, known)
+         call self%history%predict(attempt%control, attempt%size, x, change, known, attempt%along, attempt%chord)
       end if
       if (known) then
          if (attempt%control == control_load) change = attempt%size
@@ -212,10 +248,13 @@ contains
          constraint%previous = self%history%vector(:, 1)
          constraint%previous_change = self%history%factor(1)
       end if
-      if (attempt%descends) then
+      if (attempt%softly .and. .not. attempt%descends) then
+         call start_softly(problem, constraint%target, attempt%turn, settings, self%mean_levels, step%scaling, result)
+      else if (attempt%descends) then
          call descend(problem, constraint%target, step%convergence, self%mean_levels, attempt%reach, result, step%scaling)
       else
-         call solve_increment(problem, constraint, settings, self%mean_levels, result)
+         call solve_increment(problem, constraint, settings, self%mean_levels, result, &
+                              stable=at_rest(self, problem, step, attempt) .and. .not. attempt%again)
       end if
       if (result%converged .and. attempt%control == control_load) &
          call set_factor(problem%state, step%scaling, constraint%target) ! its last bits may differ
@@ -257,16 +296,24 @@ contains
    end subroutine look_back
 
    !> Remember the increment that has just converged, and the tangent to the path where it ended, to extrapolate.
-   subroutine remember(self, problem, step, x, change, moved, length)
+   subroutine remember(self, problem, step, attempt, result, missed, x, change, moved, length)
       class(tracker_t), intent(inout) :: self
       class(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
+      type(attempt_t), intent(in) :: attempt
+      type(newton_result_t), intent(in) :: result
+      logical, intent(in) :: missed !< it was cut, and the one before
       real(wp), intent(in) :: x(:), change, moved, length !< increment, of the factor, of the monitored quantity, of the path
       real(wp) :: rate
+      logical :: along
       call self%history%remember(x, change, moved, length)
+      self%smooth = self%smooth .and. problem%negative_pivots == 0 .and. .not. missed &
+                    .and. .not. (attempt%descends .or. result%rounding) .and. step%control /= control_arc_length &
+                    .and. attempt%control /= control_arc_length
       ! The start of a branch was found from where the tangent is that of another path.
       self%young = allocated(self%branch)
-      if (self%young .or. .not. (step%tangent_predictor .and. self%tangent%known)) return
+      along = step%tangent_predictor == tangent_always .or. (step%tangent_predictor == tangent_auto .and. self%smooth)
+      if (self%young .or. .not. (along .and. self%tangent%known)) return
       rate = 0
       if (allocated(problem%watched)) rate = dot_product(problem%watched, self%tangent%x) + problem%watched_rate
       call self%history%point(self%tangent%x, rate, arc_norm(self%tangent%x, problem%field, 1.0_wp, self%load_weight), &

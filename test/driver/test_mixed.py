@@ -52,10 +52,10 @@ class Mixed(unittest.TestCase):
 
     def test_chosen_where_it_pays(self):
         plain, plain_iterations = self.solve("mixed = .false.")
-        chosen, iterations = self.solve("")
+        chosen, iterations = self.solve("tangent_predictor = .false.")
         self.assertAlmostEqual(chosen[-1]["u"], plain[-1]["u"], delta=1e-7 * plain[-1]["u"])
         self.assertLess(iterations, 0.5 * plain_iterations)
-        along, fewer = self.solve("tangent_predictor = .true.")
+        along, fewer = self.solve("")
         self.assertAlmostEqual(along[-1]["u"], plain[-1]["u"], delta=1e-7 * plain[-1]["u"])
         self.assertLess(fewer, 0.9 * iterations)
 
@@ -72,6 +72,24 @@ class Mixed(unittest.TestCase):
             w, iterations = self.solve("control = 'arc_length' tangent_predictor = .true.", text)
             self.assertLessEqual(iterations, most)
             self.assertAlmostEqual(w[-1]["u"], deflection, delta=0.01)
+
+    def test_soft_start(self):
+        # Load control, 116 rings: plain Newton from rest meets negative pivots at its second iteration, a descent takes some sixty.
+        text = DISK.replace("rings = 19 core = 6", "rings = 116 core = 36")
+        rows, iterations = self.solve("", text)
+        self.assertAlmostEqual(rows[-1]["u"], 34.69, delta=0.02)
+        self.assertLessEqual(iterations, 40)
+        self.assertEqual(max(r["snap"] for r in rows), 0)
+
+    def test_chords_where_increments_fail(self):
+        # A roof under load control, near its limit point: two increments that are cut in a row end the predictor along the tangent, with
+        # which the path would stop at 0.36.
+        text = (Path(os.environ["FINSHELL_SOURCE_DIR"]) / "examples/sze38b/input.nml").read_text()
+        begin = text.index("&step")
+        text = text[:begin] + "&step {step} /\n" + text[text.index("/", begin) + 1:]
+        rows, _ = self.solve("", text.replace("name = 'sze38b'", "name = 'hemi'"))
+        self.assertEqual(rows[-1]["load_factor"], 1)
+        self.assertAlmostEqual(rows[-1]["W_C"], 33.326, delta=0.005)
 
     def test_one_increment(self):
         mixed, iterations = self.solve("mixed = .true. first_increment = 1.0")

@@ -7,6 +7,7 @@ module finshell_input_step
    use finshell_step, only: control_volume, control_linear, control_buckling, control_frequencies
    use finshell_step, only: leaves_state, snap_ignore, snap_mark, snap_refuse
    use finshell_step, only: mass_consistent, mass_higher_order, mass_lumped, mixed_always, mixed_never
+   use finshell_step, only: tangent_always, tangent_never
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_common, only: get_set, get_component, kind_node, kind_element
    implicit none
@@ -105,6 +106,7 @@ contains
       type(group_t), intent(inout) :: group
       type(step_t), intent(inout) :: step
       type(error_t), allocatable, intent(inout) :: error
+      logical :: tangent
 
       call get(group, 'first_increment', step%first_increment, error, default=step%first_increment)
       call get(group, 'largest_increment', step%largest_increment, error, default=step%largest_increment, minimum=0.0_wp)
@@ -115,7 +117,8 @@ contains
       call get(group, 'growth', step%growth, error, default=step%growth, minimum=1.0_wp)
       call get(group, 'wanted_iterations', step%wanted_iterations, error, default=step%wanted_iterations, minimum=0)
       call get(group, 'extrapolate', step%extrapolate, error, default=step%extrapolate)
-      call get(group, 'tangent_predictor', step%tangent_predictor, error, default=step%tangent_predictor)
+      call get(group, 'tangent_predictor', tangent, error, default=.false.)
+      if (has(group, 'tangent_predictor')) step%tangent_predictor = merge(tangent_always, tangent_never, tangent)
       call get(group, 'load_scale', step%load_scale, error, default=step%load_scale, minimum=0.0_wp)
       call read_following(group, step, error)
       if (allocated(error)) return
