@@ -280,7 +280,7 @@ contains
       end do
       if (.not. (input%preset%single .and. input%output%fields)) return
       input%output%single = .true.
-      call input%preset%note('precision', word="'single'")
+      call input%preset%note('precision', "'single'")
    end subroutine translate_output
 
    !> 'folder/' of 'folder/file', '' of 'file'.

@@ -1,5 +1,6 @@
 !> Thickness points of the layers whose group &section does not give them: by law, thickness over radius, and preset.
 module finshell_input_points
+   use finshell_error, only: text_of
    use finshell_gauss, only: max_gauss_points
    use finshell_input_preset, only: preset_t
    use finshell_kinds, only: wp
@@ -26,7 +27,7 @@ contains
                if (layer%points_given) cycle
                call set_points(layer, min(max_gauss_points, usual_points(layer%law, layer%thickness*curvature(s)) &
                                           + merge(0, preset%more_points, layer%law%linear)))
-               call preset%note('thickness_points', real(layer%points, wp))
+               call preset%note('thickness_points', text_of(layer%points))
             end associate
          end do
       end do

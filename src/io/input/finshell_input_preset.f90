@@ -1,7 +1,7 @@
 !> What `accuracy` in the group &job sets together, where the keys themselves are not given.
 module finshell_input_preset
-   use finshell_error, only: error_t, text_of
-   use finshell_kinds, only: dp, wp
+   use finshell_error, only: error_t
+   use finshell_kinds, only: wp
    use finshell_namelist, only: get, group_t
    use finshell_step, only: convergence_t
    implicit none
@@ -20,6 +20,7 @@ module finshell_input_preset
       character(len=:), allocatable, private :: what !< has been set, as keys
    contains
       procedure :: note
+      procedure :: note_tolerance
       procedure :: summary
    end type preset_t
 
@@ -37,8 +38,6 @@ contains
       select case (preset%name)
       case ('fast')
          preset%refine = -1
-         preset%convergence%residual = 2.0e-2_wp
-         preset%convergence%correction = 5.0e-2_wp
          preset%single = .true.
       case ('reference')
          preset%refine = 2
@@ -48,21 +47,27 @@ contains
       end select
    end subroutine read_preset
 
-   !> Keep in mind that the preset has set a key to a number or, where there is none, to a word; once for all groups that have it.
-   subroutine note(self, key, number, word)
+   !> Keep in mind that the preset has set a key; once for all groups where it has this value.
+   subroutine note(self, key, value)
       class(preset_t), intent(inout) :: self
-      character(len=*), intent(in) :: key
-      real(wp), intent(in), optional :: number
-      character(len=*), intent(in), optional :: word
+      character(len=*), intent(in) :: key, value
       character(len=:), allocatable :: text
-      text = key//' = '
-      if (present(number)) text = text//text_of(real(number, dp))
-      if (present(word)) text = text//word
+      text = key//' = '//value
       if (.not. allocated(self%what)) self%what = ''
       if (index(self%what//',', ' '//text//',') > 0) return
       if (self%what /= '') self%what = self%what//','
       self%what = self%what//' '//text
    end subroutine note
+
+   !> The same of a tolerance.
+   subroutine note_tolerance(self, key, value)
+      class(preset_t), intent(inout) :: self
+      character(len=*), intent(in) :: key
+      real(wp), intent(in) :: value
+      character(len=8) :: text
+      write (text, '(es8.1)') value
+      call self%note(key, trim(adjustl(text)))
+   end subroutine note_tolerance
 
    !> One line: which preset holds, and which keys it has set in this input.
    function summary(self) result(line)

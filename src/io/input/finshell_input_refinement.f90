@@ -50,7 +50,7 @@ contains
       refine = refine + preset%refine
       if (present(levels)) refine = refine + levels
       call read_refined(namelist, namelist%groups(at), folder, refine, mesh, normals, error)
-      if (preset%refine /= 0) call preset%note('refine', word=text_of(preset%refine))
+      if (preset%refine /= 0) call preset%note('refine', text_of(preset%refine))
       if (.not. allocated(error)) then
          if (preset%refine < 0 .and. size(mesh%triangles, 2) < fewest) &
             call complain_about(namelist%groups(at), '', 'the coarser mesh has too few elements', error)

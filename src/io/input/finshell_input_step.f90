@@ -162,9 +162,9 @@ contains
       end if
       associate (c => convergence)
          if (.not. (has(group, 'tolerance') .or. has(group, 'residual_tolerance'))) &
-            call preset%note('residual_tolerance', c%residual)
+            call preset%note_tolerance('residual_tolerance', c%residual)
          if (.not. (has(group, 'tolerance') .or. has(group, 'correction_tolerance'))) &
-            call preset%note('correction_tolerance', c%correction)
+            call preset%note_tolerance('correction_tolerance', c%correction)
          call get(group, 'residual_tolerance', c%residual, error, default=c%residual, above=0.0_wp)
          call get(group, 'correction_tolerance', c%correction, error, default=c%correction, above=0.0_wp)
          call get(group, 'maximum_iterations', c%maximum_iterations, error, default=c%maximum_iterations, minimum=1)
