@@ -72,8 +72,8 @@ contains
       if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error)
    end subroutine parse_input
 
-   !> With a preset that makes the mesh coarser, if the input without `levels` can have such a mesh: its numbers of cells may be odd,
-   !> its sets may need nodes that would go.
+   !> With a preset that makes the mesh coarser, if the input without `levels` can have such a mesh: its numbers of cells may be
+   !> odd, its sets may need nodes that would go.
    subroutine translate_preset(namelist, text, file_name, input, error, levels)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: text, file_name
