@@ -55,6 +55,7 @@ contains
       end if
       if (allocated(error)) return
       mesh%coordinates = scale*mesh%coordinates
+      mesh%surface%scale = scale
       if (flip) mesh%triangles = mesh%triangles([1, 3, 2], :)
       call check_mesh(mesh, error)
       if (allocated(error) .and. allocated(file)) error%message = file//': '//error%message
