@@ -193,6 +193,7 @@ contains
          end if
          r%membrane(:, i) = mean(core%membrane(:, i))
          r%curvature(:, i) = mean(core%curvature(:, i))
+         r%curvatures(:, i, :) = reshape(core%curvature(:3*lanes, i), [lanes, 3])
          r%frame(:, i, 1) = r%axes(:, 1)*filter%rotation(:, i, 1) + r%axes(:, 2)*filter%rotation(:, i, 2)
          r%frame(:, i, 2) = r%axes(:, 1)*filter%rotation(:, i, 2) - r%axes(:, 2)*filter%rotation(:, i, 1)
       end do

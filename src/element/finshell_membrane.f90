@@ -88,6 +88,7 @@ contains
       r%axes(:, 2) = axes(:, 2)*field%axes(:, 1) - axes(:, 1)*field%axes(:, 2)
       r%membrane = field%strain
       r%curvature = 0
+      r%curvatures = 0
       r%state = field%state
       no_stretch = status_ok
       call midsurface_thickness(section, level_energy, field%strain, r%axes, r%stretch, dl, ddl, no_stretch)

@@ -13,6 +13,7 @@ module finshell_recovered
       real(wp) :: energy(lanes) !< stored, per reference volume
       !> Strain at reference height z is membrane + z curvature; E11, E22, 2 E12 in the frame of the element.
       real(wp) :: membrane(lanes, 3), curvature(lanes, 3)
+      real(wp) :: curvatures(lanes, 3, 3) !< curvature at the three points (element, component, point)
       real(wp) :: axes(lanes, 2) !< cosine and sine of the material direction in the frame of the element
       real(wp) :: back(lanes, 2) !< of the frame of the element in the components that stresses have
       !> Material direction and the in-plane normal to it, carried along by the element's rotation (component, 1 or 2), global.

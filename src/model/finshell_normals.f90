@@ -12,7 +12,7 @@ module finshell_normals
    use finshell_mesh_sorting, only: sorted_order
    implicit none
    private
-   public :: exact_normals, facet_normal, fitted_normals, symmetry_planes_t, add_turns
+   public :: exact_normals, facet_normal, fitted_normals, symmetry_planes_t, add_turns, smooth_neighbours
 
    !> Planes of symmetry of the model, through given nodes.
    type :: symmetry_planes_t
@@ -121,7 +121,7 @@ contains
    end subroutine fitted_normals
 
    !> Element across each side, 0 where the surface ends or has a crease.
-   subroutine smooth_neighbours(triangles, facet, cosine, neighbour, crease)
+   pure subroutine smooth_neighbours(triangles, facet, cosine, neighbour, crease)
       integer, intent(in) :: triangles(:, :)
       real(wp), intent(in) :: facet(:, :), cosine
       integer, allocatable, intent(out) :: neighbour(:, :) !< (3, elements)

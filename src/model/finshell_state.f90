@@ -5,7 +5,7 @@ module finshell_state
    use finshell_quaternion, only: update_quaternion, quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector
    implicit none
    private
-   public :: state_t, linear_change_t, new_state, move_state, moved_state, motion_between
+   public :: state_t, linear_change_t, new_state, move_state, moved_state, motion_between, small_part
 
    type :: state_t
       real(wp), allocatable :: displacement(:, :) !< (3, nodes), global
@@ -54,6 +54,17 @@ contains
       moved = state
       call move_state(moved, part*motion)
    end function moved_state
+
+   !> Part of a motion over which differences give derivatives to six digits and more.
+   pure real(wp) function small_part(motion, length)
+      real(wp), intent(in) :: motion(:, :)
+      real(wp), intent(in) :: length !< of an element
+      real(wp), parameter :: small_rotation = 1.0e-5_wp
+      real(wp) :: largest
+      largest = max(maxval(abs(motion(rx:rz, :))), maxval(abs(motion(ux:uz, :)))/length)
+      small_part = small_rotation
+      if (largest > 0) small_part = small_rotation/largest
+   end function small_part
 
    !> The motion that leads from one state to another: displacements, and the rotation vectors of the relative rotations.
    pure function motion_between(from, to) result(motion)

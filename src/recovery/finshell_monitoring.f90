@@ -9,10 +9,10 @@ module finshell_monitoring
    use finshell_mesh, only: mesh_t, find_element_set, find_node_set, twice_area_vector
    use finshell_monitor, only: monitor_t, output_t, wanted_fields, reduce_mean, reduce_sum, reduce_max, reduce_min
    use finshell_node_fields, only: node_field_t, node_fields, node_results_t, n_node_fields
-   use finshell_recovery, only: recovery_t, recover, recovered, small_part
+   use finshell_recovery, only: recovery_t, recover, recovered
    use finshell_result_fields, only: result_field_t, result_fields, place_name, on_nodes, on_elements
    use finshell_volume, only: volume_behind
-   use finshell_state, only: state_t, moved_state, linear_change_t
+   use finshell_state, only: state_t, moved_state, linear_change_t, small_part
    implicit none
    private
    public :: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, cell_fields, cell_entries, &

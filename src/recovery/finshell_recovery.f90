@@ -4,17 +4,16 @@
 !> section but beyond the integration points, which are all that equilibrium asks for.
 module finshell_recovery
    use finshell_kinds, only: wp, i4
-   use finshell_freedoms, only: rx, rz, ux, uz
    use finshell_discretisation, only: gather_elements, gathered_t, recover_gathered
    use finshell_equilibrium, only: equilibrium_t
    use finshell_field_batch, only: element_field_t, element_fields, field_value, field_places, n_element_fields, change_quadratic, &
       change_none
-   use finshell_state, only: state_t, moved_state, linear_change_t
+   use finshell_state, only: state_t, moved_state, linear_change_t, small_part
    use finshell_status, only: status_ok
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: recovery_t, recovered_field_t, recover, recovered, most_layers, small_part
+   public :: recovery_t, recovered_field_t, recover, recovered, most_layers
 
    !> A field of a list of elements. What is missing is 0.
    type :: recovered_field_t
@@ -37,17 +36,6 @@ module finshell_recovery
    end type raw_t
 
 contains
-
-   !> Part of a motion over which differences give derivatives to six digits and more.
-   pure real(wp) function small_part(motion, length)
-      real(wp), intent(in) :: motion(:, :)
-      real(wp), intent(in) :: length !< of an element
-      real(wp), parameter :: small_rotation = 1.0e-5_wp
-      real(wp) :: largest
-      largest = max(maxval(abs(motion(rx:rz, :))), maxval(abs(motion(ux:uz, :)))/length)
-      small_part = small_rotation
-      if (largest > 0) small_part = small_rotation/largest
-   end function small_part
 
    !> Number of layers of the section that has most.
    pure integer function most_layers(structure)

@@ -1,0 +1,300 @@
+!> The error of a mesh, estimated from one solution: element by element, in the energy norm, and of a monitored displacement.
+!>
+!> What the strains of an element (membrane strain and curvature) are off those that are smoothed over its surroundings
+!> (finshell_strain_patch) is taken for their error; its energy with the tangent stiffness K of the section there is
+!> eta^2 = 1/2 int d.K d dA. This is the usual difference of resultants in the norm of K^-1 (Zienkiewicz & Zhu 1987), written so
+!> that no stiffness has to be inverted: sheets without any have errors too. Strains are those of the reference: nothing changes in
+!> rigid motions.
+module finshell_error_indicator
+   use finshell_discretisation, only: gather_elements, gathered_t
+   use finshell_batch, only: rotation_quaternion
+   use finshell_equations, only: scatter
+   use finshell_equilibrium, only: equilibrium_t
+   use finshell_error, only: error_t
+   use finshell_freedoms, only: n_nodal
+   use finshell_kinds, only: wp, dp
+   use finshell_state, only: linear_change_t, moved_state, small_part, state_t
+   use finshell_status, only: status_ok
+   use finshell_strain_batch, only: element_strains_t, recover_strains, strain_points
+   use finshell_strain_patch, only: new_surroundings, smooth_strain, surroundings_t
+   implicit none
+   private
+   public :: indicator_t, goal_t, estimate_error, estimate_goal_error, monitor_gradient
+   public :: surface_strains_t, strains_of, strain_defects
+
+   !> Error of a state in the energy norm, estimated.
+   type :: indicator_t
+      real(wp), allocatable :: eta(:) !< (elements) root of the energy of the error of each, root of force length; never NaN
+      logical, allocatable :: missing(:) !< (elements) could not be recovered; eta is 0 there
+      real(wp) :: total = 0 !< root of the sum of eta^2
+      real(wp) :: energy = 0 !< stored in the elements
+      real(wp) :: relative = 0 !< total/sqrt(energy + total^2); 0 of an unloaded structure
+   end type indicator_t
+
+   !> Error of a monitored displacement, estimated.
+   type :: goal_t
+      type(indicator_t) :: state !< as of estimate_error
+      real(wp), allocatable :: dual(:) !< (elements) indicator of the adjoint: root of energy, per unit of the monitor
+      real(wp), allocatable :: eta(:) !< (elements) 2 state%eta dual: share of the error of the monitor, in its unit
+      real(wp) :: bound = 0 !< sum of eta
+      real(wp) :: change = 0 !< signed: exact minus computed value
+   end type goal_t
+
+   !> Strains of all elements of a structure.
+   type :: surface_strains_t
+      real(wp), allocatable :: axes(:, :, :) !< (3, 2, elements), see element_strains_t
+      real(wp), allocatable :: area(:), energy(:)
+      real(wp), allocatable :: strain(:, :, :) !< (6, 3, elements) membrane strain and curvature; component, point
+      real(wp), allocatable :: stiffness(:, :, :) !< (6, 6, elements), made definite; unallocated: not asked for
+      logical, allocatable :: missing(:)
+   end type surface_strains_t
+
+   interface
+      !> LAPACK: eigenvalues and eigenvectors of a symmetric matrix.
+      pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+         import :: dp
+         character, intent(in) :: jobz, uplo
+         integer, intent(in) :: n, lda, lwork
+         real(dp), intent(inout) :: a(lda, *)
+         real(dp), intent(out) :: w(*), work(*)
+         integer, intent(out) :: info
+      end subroutine dsyev
+   end interface
+
+contains
+
+   !> Of a converged state, or of a linear change of the state of the problem. Nothing of the problem changes, no matrix is needed.
+   subroutine estimate_error(problem, state, indicator, change)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(indicator_t), intent(out) :: indicator
+      type(linear_change_t), intent(in), optional :: change
+      type(surface_strains_t) :: strains, more
+      real(wp), allocatable :: defect(:, :, :)
+      if (present(change)) then
+         call strains_of(problem, problem%state, strains)
+         call add_change(problem, strains, change%motion, more)
+         if (change%alone) then
+            strains%strain = more%strain
+            indicator%energy = stored_by(strains)
+         else
+            strains%strain = strains%strain + more%strain
+            indicator%energy = sum(strains%energy) + change%energy
+         end if
+      else
+         call strains_of(problem, state, strains)
+         indicator%energy = sum(strains%energy)
+      end if
+      call strain_defects(problem, strains, defect)
+      call measure(strains, defect, indicator)
+   end subroutine estimate_error
+
+   !> Indicator from what the strains are off.
+   pure subroutine measure(strains, defect, indicator)
+      type(surface_strains_t), intent(in) :: strains
+      real(wp), intent(in) :: defect(:, :, :)
+      type(indicator_t), intent(inout) :: indicator
+      integer :: e
+      indicator%eta = [(sqrt(max(product_of(strains, defect, defect, e), 0.0_wp)), e=1, size(defect, 3))]
+      indicator%missing = strains%missing
+      indicator%total = norm2(indicator%eta)
+      indicator%energy = max(indicator%energy, 0.0_wp)
+      if (indicator%total > 0) indicator%relative = indicator%total/sqrt(indicator%energy + indicator%total**2)
+   end subroutine measure
+
+   !> Error of a displacement at the state of the problem, whose tangent is assembled and factorised here.
+   !>
+   !> With the adjoint z, K z = gradient, the error of the monitor is the work of the error of the state on that of z:
+   !> int d.K d_z dA (Becker & Rannacher 2001), z being linearised about the state. Errors: a singular matrix.
+   subroutine estimate_goal_error(problem, gradient, goal, error)
+      type(equilibrium_t), intent(inout) :: problem
+      real(wp), intent(in) :: gradient(:) !< (problem%n) derivative of the monitor with respect to the unknowns
+      type(goal_t), intent(out) :: goal
+      type(error_t), allocatable, intent(out) :: error
+      type(surface_strains_t) :: strains, adjoint
+      type(indicator_t) :: dual
+      real(wp), allocatable :: z(:), motion(:, :), defect(:, :, :), dual_defect(:, :, :)
+      integer :: e
+
+      call problem%evaluate(.true., error)
+      if (.not. allocated(error)) call problem%factorise(error)
+      if (allocated(error)) return
+      allocate (z(problem%n), motion(n_nodal, size(problem%equations%number, 2)))
+      call problem%solve(gradient, z, error)
+      if (allocated(error)) return
+      call scatter(problem%equations, z, motion)
+      call strains_of(problem, problem%state, strains)
+      call strain_defects(problem, strains, defect)
+      goal%state%energy = sum(strains%energy)
+      call measure(strains, defect, goal%state)
+      call add_change(problem, strains, motion, adjoint)
+      adjoint%stiffness = strains%stiffness
+      call strain_defects(problem, adjoint, dual_defect)
+      call measure(adjoint, dual_defect, dual)
+      goal%dual = dual%eta
+      goal%eta = 2*goal%state%eta*dual%eta
+      goal%bound = sum(goal%eta)
+      goal%change = 2*sum([(product_of(strains, defect, dual_defect, e), e=1, size(defect, 3))])
+   end subroutine estimate_goal_error
+
+   !> Derivative of the mean displacement of nodes with respect to the unknowns.
+   pure subroutine monitor_gradient(problem, nodes, component, gradient)
+      type(equilibrium_t), intent(in) :: problem
+      integer, intent(in) :: nodes(:), component !< 1 to 3, global
+      real(wp), allocatable, intent(out) :: gradient(:) !< (problem%n)
+      real(wp) :: axis(3)
+      integer :: i, k
+      allocate (gradient(problem%n), source=0.0_wp)
+      associate (equations => problem%equations)
+         do i = 1, size(nodes)
+            axis = 0
+            axis(component) = 1
+            if (equations%frame(nodes(i)) > 0) axis = equations%frames(component, :, equations%frame(nodes(i)))
+            do k = 1, 3
+               if (equations%number(k, nodes(i)) > 0) &
+                  gradient(equations%number(k, nodes(i))) = gradient(equations%number(k, nodes(i))) + axis(k)/size(nodes)
+            end do
+         end do
+      end associate
+   end subroutine monitor_gradient
+
+   !> Strains of all elements at a state, and the stiffness of their sections.
+   subroutine strains_of(problem, state, strains, stiff)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(surface_strains_t), intent(out) :: strains
+      logical, intent(in), optional :: stiff !< default .true.
+      type(gathered_t) :: g
+      type(element_strains_t) :: part
+      integer, allocatable :: list(:)
+      logical :: with_stiffness
+      integer :: e, i, n, p, s
+
+      with_stiffness = .true.
+      if (present(stiff)) with_stiffness = stiff
+      associate (structure => problem%structure)
+         n = size(structure%mesh%triangles, 2)
+         allocate (strains%axes(3, 2, n), strains%area(n), strains%energy(n), strains%strain(6, 3, n), strains%missing(n))
+         if (with_stiffness) allocate (strains%stiffness(6, 6, n))
+         do s = 1, size(structure%sections)
+            list = pack([(i, i=1, n)], structure%element_section == s)
+            if (size(list) == 0) cycle
+            call gather_elements(structure, state, list, g, problem%equations%held)
+            call recover_strains(structure%sections(s), size(list), g%x, g%u, g%q, rotation_quaternion, part, with_stiffness, &
+                                 g%direction, g%held, g%normal)
+            do i = 1, size(list)
+               e = list(i)
+               strains%axes(:, :, e) = part%axes(:, :, i)
+               strains%area(e) = part%area(i)
+               strains%energy(e) = part%energy(i)
+               strains%missing(e) = part%status(i) /= status_ok
+               do p = 1, 3
+                  strains%strain(:, p, e) = [part%membrane(:, i), part%curvature(:, p, i)]
+               end do
+               if (with_stiffness) strains%stiffness(:, :, e) = definite(part%stiffness(:, :, i))
+            end do
+         end do
+      end associate
+   end subroutine strains_of
+
+   !> The matrix with its eigenvalues made positive, where some are not.
+   pure function definite(k) result(d)
+      real(wp), intent(in) :: k(6, 6)
+      real(wp) :: d(6, 6)
+      real(dp) :: v(6, 6), w(6), scale(6), work(60)
+      integer :: i, info
+      d = k
+      if (is_definite(k)) return
+      ! membrane and bending have their own units
+      scale(:3) = 1/sqrt(max(maxval(abs(k(:3, :3))), tiny(1.0_wp)))
+      scale(4:) = 1/sqrt(max(maxval(abs(k(4:, 4:))), tiny(1.0_wp)))
+      do i = 1, 6
+         v(:, i) = k(:, i)*scale*scale(i)
+      end do
+      call dsyev('V', 'U', 6, v, 6, w, work, size(work), info)
+      if (info /= 0) return
+      d = matmul(v*spread(abs(w), 1, 6), transpose(v))
+      do i = 1, 6
+         d(:, i) = d(:, i)/(scale*scale(i))
+      end do
+   end function definite
+
+   !> By Cholesky's factorisation.
+   pure logical function is_definite(k)
+      real(wp), intent(in) :: k(6, 6)
+      real(wp) :: l(6, 6), d
+      integer :: i, j
+      is_definite = .false.
+      l = 0
+      do j = 1, 6
+         d = k(j, j) - sum(l(j, :j - 1)**2)
+         if (.not. d > 0) return
+         l(j, j) = sqrt(d)
+         do i = j + 1, 6
+            l(i, j) = (k(i, j) - dot_product(l(i, :j - 1), l(j, :j - 1)))/l(j, j)
+         end do
+      end do
+      is_definite = .true.
+   end function is_definite
+
+   !> Linear change of the strains of the state of the problem in a motion.
+   subroutine add_change(problem, strains, motion, changed)
+      type(equilibrium_t), intent(in) :: problem
+      type(surface_strains_t), intent(in) :: strains !< at the state
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) displacements and spins
+      type(surface_strains_t), intent(out) :: changed
+      type(surface_strains_t) :: behind
+      real(wp) :: part
+      part = small_part(motion, problem%detail)
+      call strains_of(problem, moved_state(problem%state, motion, part), changed, stiff=.false.)
+      call strains_of(problem, moved_state(problem%state, motion, -part), behind, stiff=.false.)
+      changed%strain = (changed%strain - behind%strain)/(2*part)
+      changed%missing = changed%missing .or. behind%missing .or. strains%missing
+   end subroutine add_change
+
+   !> What smoothed strains are more than those of the elements.
+   subroutine strain_defects(problem, strains, defect)
+      type(equilibrium_t), intent(in) :: problem
+      type(surface_strains_t), intent(in) :: strains
+      real(wp), allocatable, intent(out) :: defect(:, :, :) !< (6, 3, elements) component, point; 0 where strains are missing
+      type(surroundings_t) :: surroundings
+      real(wp), allocatable :: mean(:, :)
+      real(wp) :: points(3, 3), smooth(6, 3)
+      integer :: e, n
+      n = size(strains%area)
+      call new_surroundings(surroundings, problem%structure)
+      mean = sum(strains%strain, 2)/3
+      allocate (defect(6, 3, n), source=0.0_wp)
+      associate (mesh => problem%structure%mesh)
+         !$omp parallel do private(points, smooth) schedule(static)
+         do e = 1, n
+            if (strains%missing(e)) cycle
+            points = matmul(mesh%coordinates(:, mesh%triangles(:, e)), strain_points) - spread(surroundings%centre(:, e), 2, 3)
+            call smooth_strain(surroundings, mesh%triangles, strains%axes, mean, .not. strains%missing, e, points, smooth)
+            defect(:, :, e) = smooth - strains%strain(:, :, e)
+         end do
+         !$omp end parallel do
+      end associate
+   end subroutine strain_defects
+
+   !> Half the work of stiffness and two fields of strains over an element.
+   pure function product_of(strains, a, b, e) result(work)
+      type(surface_strains_t), intent(in) :: strains
+      real(wp), intent(in) :: a(:, :, :), b(:, :, :)
+      integer, intent(in) :: e
+      real(wp) :: work
+      integer :: p
+      work = 0
+      do p = 1, 3
+         work = work + strains%area(e)/6*dot_product(a(:, p, e), matmul(strains%stiffness(:, :, e), b(:, p, e)))
+      end do
+   end function product_of
+
+   !> Energy of strains.
+   pure function stored_by(strains) result(energy)
+      type(surface_strains_t), intent(in) :: strains
+      real(wp) :: energy
+      integer :: e
+      energy = sum([(product_of(strains, strains%strain, strains%strain, e), e=1, size(strains%area))])
+   end function stored_by
+end module finshell_error_indicator
