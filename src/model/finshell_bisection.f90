@@ -9,7 +9,7 @@ module finshell_bisection
    use finshell_kinds, only: wp
    use finshell_lineage, only: add_middles, lineage_t, unrefined
    use finshell_mesh, only: mesh_t, new_mesh, set_t
-   use finshell_patches, only: edge_point, new_patches, patch_normal, patches_t
+   use finshell_patches, only: edge_point, flat_patches, new_patches, patch_normal, patches_t
    use finshell_surface, only: surface_middle, surface_none, surface_normal
    implicit none
    private
@@ -66,11 +66,11 @@ contains
    !> Cut all sides of the marked triangles, each into four.
    !>
    !> New nodes lie on the surface of the generator where that is known, else on the smooth surface through the old ones that
-   !> `crease_angle`, `normal` and `crease` say (finshell_patches), without `normal` on the facets but for lines of the boundary.
+   !> `crease_angle`, `normal` and `crease` say (finshell_patches), without `crease_angle` on the facets.
    subroutine bisect(self, marked, crease_angle, normal, crease)
       type(bisection_t), intent(inout) :: self
       logical, intent(in) :: marked(:) !< (elements)
-      real(wp), intent(in) :: crease_angle !< degrees
+      real(wp), intent(in), optional :: crease_angle !< degrees
       real(wp), intent(in), optional :: normal(:, :, :) !< (3, 3, elements)
       integer, intent(in), optional :: crease(:, :) !< (2, :) pairs of nodes
       type(edges_t) :: edges
@@ -79,7 +79,7 @@ contains
       real(wp), allocatable :: normals(:, :), x(:, :)
       integer, allocatable :: at(:), middle(:), parent(:), side(:), triangles(:, :)
       logical, allocatable :: cut(:)
-      integer :: e, i, n
+      integer :: i, n
 
       call new_edges(edges, self%mesh%triangles)
       call close_up(edges, self%side, marked, cut)
@@ -91,7 +91,7 @@ contains
          middle(at(i)) = n + i
       end do
       self%ends = edges%nodes(:, at)
-      call place_middles(self%mesh, edges, at, crease_angle, x, normals, normal, crease)
+      call place_middles(self%mesh, edges, at, x, normals, crease_angle, normal, crease)
       call cut_triangles(self%mesh%triangles, edges, self%side, middle, triangles, side, parent)
 
       if (allocated(self%mesh%lineage)) then
@@ -103,7 +103,7 @@ contains
       lineage%parent = lineage%parent(parent)
       call new_mesh(fine, reshape([self%mesh%coordinates, x], [3, n + size(at)]), triangles)
       if (allocated(normals)) fine%normal = reshape([self%mesh%normal, normals], [3, n + size(at)])
-      fine%surface = self%base%surface
+      fine%surface = self%mesh%surface
       fine%coincident_nodes_allowed = self%base%coincident_nodes_allowed
       if (allocated(self%base%empty_sets)) fine%empty_sets = self%base%empty_sets
       call inherit_sets(self%base, lineage, fine, self%points)
@@ -150,12 +150,12 @@ contains
    end subroutine close_up
 
    !> New nodes, and the normals there if the mesh has normals.
-   pure subroutine place_middles(mesh, edges, at, crease_angle, x, normals, normal, crease)
+   pure subroutine place_middles(mesh, edges, at, x, normals, crease_angle, normal, crease)
       type(mesh_t), intent(in) :: mesh
       type(edges_t), intent(in) :: edges
       integer, intent(in) :: at(:)
-      real(wp), intent(in) :: crease_angle
       real(wp), allocatable, intent(out) :: x(:, :), normals(:, :)
+      real(wp), intent(in), optional :: crease_angle
       real(wp), intent(in), optional :: normal(:, :, :)
       integer, intent(in), optional :: crease(:, :)
       type(patches_t) :: patches
@@ -171,7 +171,11 @@ contains
          end do
          return
       end if
-      call new_patches(patches, mesh, edges, crease_angle, normal, crease)
+      if (present(crease_angle)) then
+         call new_patches(patches, mesh, edges, crease_angle, normal, crease)
+      else
+         call flat_patches(patches, mesh, edges)
+      end if
       do i = 1, size(at)
          x(:, i) = edge_point(patches, mesh, edges, at(i), 0.5_wp)
          if (.not. allocated(normals)) cycle

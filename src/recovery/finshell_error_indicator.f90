@@ -106,28 +106,36 @@ contains
    !>
    !> With the adjoint z, K z = gradient, the error of the monitor is the work of the error of the state on that of z:
    !> int d.K d_z dA (Becker & Rannacher 2001), z being linearised about the state. Errors: a singular matrix.
-   subroutine estimate_goal_error(problem, gradient, goal, error)
+   subroutine estimate_goal_error(problem, gradient, goal, error, change)
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: gradient(:) !< (problem%n) derivative of the monitor with respect to the unknowns
       type(goal_t), intent(out) :: goal
       type(error_t), allocatable, intent(out) :: error
-      type(surface_strains_t) :: strains, adjoint
+      type(linear_change_t), intent(in), optional :: change !< the error is that of a linear change, whose tangent is factorised
+      type(surface_strains_t) :: strains, adjoint, more
       type(indicator_t) :: dual
       real(wp), allocatable :: z(:), motion(:, :), defect(:, :, :), dual_defect(:, :, :)
       integer :: e
 
-      call problem%evaluate(.true., error)
-      if (.not. allocated(error)) call problem%factorise(error)
-      if (allocated(error)) return
+      if (.not. present(change)) then
+         call problem%evaluate(.true., error)
+         if (.not. allocated(error)) call problem%factorise(error)
+         if (allocated(error)) return
+      end if
       allocate (z(problem%n), motion(n_nodal, size(problem%equations%number, 2)))
       call problem%solve(gradient, z, error)
       if (allocated(error)) return
       call scatter(problem%equations, z, motion)
       call strains_of(problem, problem%state, strains)
-      call strain_defects(problem, strains, defect)
-      goal%state%energy = sum(strains%energy)
-      call measure(strains, defect, goal%state)
       call add_change(problem, strains, motion, adjoint)
+      goal%state%energy = sum(strains%energy)
+      if (present(change)) then
+         call add_change(problem, strains, change%motion, more)
+         strains%strain = strains%strain + more%strain
+         goal%state%energy = goal%state%energy + change%energy
+      end if
+      call strain_defects(problem, strains, defect)
+      call measure(strains, defect, goal%state)
       adjoint%stiffness = strains%stiffness
       call strain_defects(problem, adjoint, dual_defect)
       call measure(adjoint, dual_defect, dual)

@@ -9,6 +9,8 @@ module finshell_input
    use finshell_support, only: support_t
    use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
    use finshell_namelist, only: get, check_all_used, complain_about
+   use finshell_bisection, only: bisection_t
+   use finshell_input_accuracy, only: accuracy_t, read_accuracy
    use finshell_input_common, only: check_name
    use finshell_input_normals, only: normals_choice_t, apply_normals
    use finshell_input_refinement, only: read_any_mesh
@@ -25,7 +27,7 @@ module finshell_input
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node_set, element_set, material, section, support, load, step, monitor, output'
+      'job, mesh, node_set, element_set, material, section, support, load, step, monitor, output, accuracy'
 
    !> All that an input file says.
    type :: input_t
@@ -40,22 +42,25 @@ module finshell_input
       integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
       type(monitor_t), allocatable :: monitors(:)
       type(output_t) :: output
+      type(accuracy_t), allocatable :: accuracy !< unallocated: the mesh stays as it is
+      type(normals_choice_t) :: normals
    end type input_t
 
 contains
 
    !> Read an input file. File names in it are relative to its folder.
-   subroutine read_input(file_name, input, error, levels)
+   subroutine read_input(file_name, input, error, levels, bisection)
       character(len=*), intent(in) :: file_name
       type(input_t), intent(out) :: input
       type(error_t), allocatable, intent(out) :: error
       integer, intent(in), optional :: levels !< of refinement beyond what &mesh says
+      type(bisection_t), intent(inout), optional :: bisection !< begun here (intent of a new one), later the mesh to take
       type(namelist_t) :: namelist
       character(len=:), allocatable :: text
 
       call read_namelist(file_name, namelist, error, text)
       if (allocated(error)) return
-      call translate(namelist, text, file_name, input, error, levels)
+      call translate(namelist, text, file_name, input, error, levels, bisection)
    end subroutine read_input
 
    !> The same from a text; file_name is used in messages and to find other files.
@@ -72,23 +77,27 @@ contains
    end subroutine parse_input
 
    !> The order of the groups in the file does not matter, but that of groups of the same name.
-   subroutine translate(namelist, text, file_name, input, error, levels)
+   subroutine translate(namelist, text, file_name, input, error, levels, bisection)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: text, file_name
       type(input_t), intent(inout) :: input
       type(error_t), allocatable, intent(inout) :: error
       integer, intent(in), optional :: levels
-      type(normals_choice_t) :: normals
+      type(bisection_t), intent(inout), optional :: bisection
 
       input%file = file_name
       input%text = text
       call check_groups(namelist, group_names, error)
       call check_counts(namelist, error)
       if (.not. allocated(error)) call translate_job(namelist, input, error)
-      if (.not. allocated(error)) call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, normals, error, &
-         levels)
+      if (allocated(error)) return
+      if (count_groups(namelist, 'accuracy') > 0) then
+         call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, error, levels, bisection)
+      else
+         call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, error, levels)
+      end if
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
-      if (.not. allocated(error)) call translate_supports(namelist, input, normals, error)
+      if (.not. allocated(error)) call translate_supports(namelist, input, error)
       if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
       if (.not. allocated(error)) call translate_output(namelist, input, error)
    end subroutine translate
@@ -98,7 +107,7 @@ contains
       type(namelist_t), intent(in) :: namelist
       type(error_t), allocatable, intent(inout) :: error
       character(len=8), parameter :: needed(4) = [character(len=8) :: 'mesh', 'material', 'section', 'step']
-      character(len=8), parameter :: single(3) = [character(len=8) :: 'job', 'mesh', 'output']
+      character(len=8), parameter :: single(4) = [character(len=8) :: 'job', 'mesh', 'output', 'accuracy']
       integer :: i, k, first
 
       if (allocated(error)) return
@@ -179,10 +188,9 @@ contains
       end associate
    end subroutine translate_sections
 
-   subroutine translate_supports(namelist, input, normals, error)
+   subroutine translate_supports(namelist, input, error)
       type(namelist_t), intent(inout) :: namelist
       type(input_t), intent(inout) :: input
-      type(normals_choice_t), intent(in) :: normals
       type(error_t), allocatable, intent(inout) :: error
       type(support_t), allocatable :: supports(:)
       integer, allocatable :: last(:), where_they_are(:)
@@ -194,7 +202,7 @@ contains
       call check_supports(namelist%groups(where_they_are), last, input%structure%mesh, input%structure%supports, input%file, error)
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name == 'mesh' .and. .not. allocated(error)) &
-            call apply_normals(namelist%groups(i), folder_of(input%file), normals, input%structure, error)
+            call apply_normals(namelist%groups(i), folder_of(input%file), input%normals, input%structure, error)
       end do
    end subroutine translate_supports
 
@@ -244,6 +252,12 @@ contains
       end do
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name == 'output') call read_output(namelist%groups(i), input%output, error)
+      end do
+      do i = 1, size(namelist%groups)
+         if (namelist%groups(i)%name /= 'accuracy' .or. allocated(error)) cycle
+         allocate (input%accuracy)
+         call read_accuracy(namelist%groups(i), input%structure, input%load_lines, input%steps, input%monitors, input%accuracy, &
+                            error)
       end do
    end subroutine translate_output
 
