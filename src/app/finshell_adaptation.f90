@@ -13,7 +13,7 @@ module finshell_adaptation
    use finshell_input_normals, only: crease_edges_of
    use finshell_job, only: follow_steps
    use finshell_kinds, only: dp, wp
-   use finshell_marking, only: largest_share
+   use finshell_marking, only: worth_cutting
    use finshell_mesh, only: find_node_set
    use finshell_observer, only: record_t
    use finshell_options, only: options_t
@@ -31,8 +31,6 @@ module finshell_adaptation
    private
    public :: adapt
 
-   !> Of the squares of the energy norm, or of the shares of the error of a monitor, that the marked elements make up.
-   real(wp), parameter :: marked_share = 0.5_wp
    real(wp), parameter :: cost_exponent = 1.2_wp !< of the time of a mesh over its elements
 
    !> What one mesh gave.
@@ -40,7 +38,6 @@ module finshell_adaptation
       integer :: mesh = 1, elements = 0, unknowns = 0
       real(wp) :: estimate = 0 !< of the relative error
       real(wp) :: value = 0 !< of the monitor, or the load factor
-      real(wp) :: change = 0 !< estimated: exact minus computed value, of a monitor
       real(dp) :: seconds = 0 !< of CPU time since the program began
    end type result_t
 
@@ -58,6 +55,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(result_t) :: result
       real(wp), allocatable :: weights(:)
+      real(wp) :: tolerance
       real(dp) :: before, now
       character(len=:), allocatable :: reason
       integer :: unit
@@ -65,7 +63,7 @@ contains
       call open_table(options%folder//input%name//'.meshes.csv', input, unit, error)
       before = 0
       do
-         if (.not. allocated(error)) call judge(input, problem, reporter, weights, result, error)
+         if (.not. allocated(error)) call judge(input, problem, reporter, weights, tolerance, result, error)
          if (allocated(error)) exit
          result%mesh = reporter%mesh
          result%elements = size(weights)
@@ -75,7 +73,7 @@ contains
          call tell(options, input, unit, result)
          reason = reason_to_end(input, result)
          if (reason /= '') exit
-         call cut(bisection, input, largest_share(weights, marked_share))
+         call cut(bisection, input, worth_cutting(weights, tolerance))
          reason = reason_not_to_begin(input, size(bisection%side), result, now - before)
          if (reason /= '') exit
          before = now
@@ -90,11 +88,12 @@ contains
    end subroutine adapt
 
    !> Estimate the error, and what each element has of it.
-   subroutine judge(input, problem, reporter, weights, result, error)
+   subroutine judge(input, problem, reporter, weights, tolerance, result, error)
       type(input_t), intent(in) :: input
       type(equilibrium_t), intent(inout) :: problem
       type(reporter_t), intent(in) :: reporter
-      real(wp), allocatable, intent(out) :: weights(:)
+      real(wp), allocatable, intent(out) :: weights(:) !< shares of elements
+      real(wp), intent(out) :: tolerance !< what their sum may be
       type(result_t), intent(inout) :: result
       type(error_t), allocatable, intent(out) :: error
       type(indicator_t) :: indicator
@@ -103,6 +102,7 @@ contains
       logical :: linear
 
       linear = all(input%steps%control == control_linear)
+      tolerance = 0
       if (input%accuracy%monitor == 0) then
          if (linear) then
             call estimate_error(problem, problem%state, indicator, reporter%change)
@@ -110,6 +110,7 @@ contains
             call estimate_error(problem, problem%state, indicator)
          end if
          weights = indicator%eta**2
+         tolerance = input%accuracy%target**2*(indicator%energy + indicator%total**2)
          result%estimate = indicator%relative
          result%value = problem%state%load_factor
          return
@@ -123,8 +124,8 @@ contains
          end if
          if (allocated(error)) return
          weights = goal%eta
+         tolerance = input%accuracy%target*abs(reporter%final(input%accuracy%monitor)/monitor%factor)
          result%value = reporter%final(input%accuracy%monitor)
-         result%change = monitor%factor*goal%change
          result%estimate = abs(monitor%factor)*goal%bound/max(abs(result%value), tiny(result%value))
       end associate
    end subroutine judge
@@ -242,7 +243,7 @@ contains
       integer :: status
       open (newunit=unit, file=name, status='replace', action='write', iostat=status, iomsg=reason)
       if (status == 0) then
-         write (unit, '(a)') 'mesh,elements,unknowns,estimate,'//value_name(input)//',expected_change,cpu_seconds'
+         write (unit, '(a)') 'mesh,elements,unknowns,estimate,'//value_name(input)//',cpu_seconds'
       else
          call raise(error, status_io_error, name//': cannot be written: '//trim(reason))
       end if
@@ -262,8 +263,8 @@ contains
       integer, intent(in) :: unit
       type(result_t), intent(in) :: result
       character(len=160) :: line
-      write (unit, '(3(i0,","),3(es24.16e3,","),f0.3)') result%mesh, result%elements, result%unknowns, result%estimate, &
-         result%value, result%change, result%seconds
+      write (unit, '(3(i0,","),2(es24.16e3,","),f0.3)') result%mesh, result%elements, result%unknowns, result%estimate, &
+         result%value, result%seconds
       flush (unit)
       if (options%quiet) return
       write (line, '(a,i0,a,i0,a,f0.2,a)') 'mesh ', result%mesh, ': ', result%elements, ' elements, '//value_name(input)//' ' &

@@ -386,7 +386,7 @@ contains
       character(len=14) :: heading
       integer :: i, n
       n = min(shown, size(values))
-      if (record%increment == 1) then
+      if (record%increment == 1 .and. self%mesh <= 1) then
          write (output_unit, '(a)', advance='no') '  inc    load factor'
          do i = 1, n
             heading = self%monitors(i)%name

@@ -1,8 +1,10 @@
 !> Newest-vertex bisection: marked triangles are cut, and those beside them as far as needed for a mesh without hanging nodes.
 !>
-!> Each triangle has a side that is cut first: at the start its longest, of its parts the one opposite to the newest node. So all
-!> descendants of a flat triangle have one of four shapes, however many there are. The closure marks edges only, of which there
-!> are finitely many: it ends for any mesh and any choice of sides (Karkulik, Pavlicek, Praetorius, Constr. Approx. 38, 2013).
+!> Each triangle has a side that is cut first: at the start its longest, of its parts the one opposite to the newest node. Where all
+!> three sides are cut the triangle becomes four of its own shape, as in uniform refinement (of one mark on all elements it is
+!> that). So all descendants of a flat triangle have one of four shapes, however many there are. The closure marks edges only, of
+!> which there are finitely many: it ends for any mesh and any choice of sides (Karkulik, Pavlicek, Praetorius, Constr. Approx. 38,
+!> 2013).
 module finshell_bisection
    use finshell_edges, only: edges_t, new_edges
    use finshell_inherited_sets, only: inherit_sets
@@ -208,6 +210,15 @@ contains
          m = middle(edges%of_side(:, e))
          if (m(k) == 0) then
             call append(before(:, e), k)
+            cycle
+         end if
+         if (all(m > 0)) then
+            ! side for side parallel to the triangle
+            v = before(:, e)
+            call append([v(1), m(1), m(3)], k)
+            call append([m(1), v(2), m(2)], k)
+            call append([m(2), m(3), m(1)], k)
+            call append([m(3), m(2), v(3)], k)
             cycle
          end if
          v = cshift(before(:, e), k - 1)

@@ -1,26 +1,47 @@
-!> Which elements to refine.
+!> Which elements to cut, so that the error comes down to a tolerance at the least number of elements.
+!>
+!> The error is a sum of shares w of elements; cut into n parts, an element has n parts of w/n^2 each, w/n together (strains of the
+!> first order: w goes with the square of the area). The sum of w/n is the tolerance T with the fewest parts for
+!> n = sqrt(w) sum(sqrt(w))/T: all parts then have the same share. Where a solution is smooth, far from the tolerance, these are
+!> all elements; where it is local, those that are too large.
 module finshell_marking
    use finshell_kinds, only: wp
    implicit none
    private
-   public :: largest_share
+   public :: worth_cutting, largest_share
 
+   real(wp), parameter :: fewest_parts = 2.0_wp !< from which on a triangle is cut, into four
+   real(wp), parameter :: aim = 0.7_wp !< of the tolerance: another mesh for a rest costs as much as this one
+   real(wp), parameter :: most_share = 0.5_wp !< of the error, in what is cut for progress alone
    integer, parameter :: halvings = 60
 
 contains
 
-   !> The largest values that make up a share of the sum (Doerfler, SIAM J. Numer. Anal. 33, 1996); equal ones go together, so that
+   !> Elements to cut: those that should have two parts or more, and the largest shares as far as needed to meet the tolerance by
+   !> what the cuts promise, up to half of the error.
+   pure function worth_cutting(shares, tolerance) result(chosen)
+      real(wp), intent(in) :: shares(:) !< >= 0
+      real(wp), intent(in) :: tolerance !< < the sum of the shares
+      logical :: chosen(size(shares))
+      real(wp) :: total
+      total = sum(shares)
+      chosen = sqrt(shares)*sum(sqrt(shares)) >= fewest_parts*aim*tolerance
+      ! a cut leaves a quarter
+      chosen = chosen .or. largest_share(shares, min(most_share, (total - aim*tolerance)/(0.75_wp*total)))
+   end function worth_cutting
+
+   !> The largest values that make up a part of the sum (Doerfler, SIAM J. Numer. Anal. 33, 1996); equal ones go together, so that
    !> what is symmetric stays it.
-   pure function largest_share(values, share) result(chosen)
+   pure function largest_share(values, part) result(chosen)
       real(wp), intent(in) :: values(:) !< >= 0
-      real(wp), intent(in) :: share !< 0 to 1
+      real(wp), intent(in) :: part !< 0 to 1
       logical :: chosen(size(values))
       real(wp), parameter :: equal = 1 - 1.0e-6_wp
       real(wp) :: high, low, middle, wanted
       integer :: i
       low = 0
       high = maxval(values)
-      wanted = share*sum(values)
+      wanted = part*sum(values)
       do i = 1, halvings
          middle = 0.5_wp*(low + high)
          if (sum(values, values >= middle) >= wanted) then
