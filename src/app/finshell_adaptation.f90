@@ -1,8 +1,8 @@
 !> A job on meshes that are refined where it pays, until the answer is as good as wanted (&accuracy).
 !>
-!> The job has run on the given mesh. Then, mesh by mesh: its error is estimated, the elements that make up most of it are marked
-!> and cut (finshell_bisection), the state is carried over (finshell_state_transfer) and brought to equilibrium at what the last step
-!> ends with (finshell_resettle). Where that fails, and in jobs of linear steps, all steps run again on the new mesh.
+!> The job has run on the given mesh. Then, mesh by mesh: its error is estimated, the elements that are worth it (finshell_marking)
+!> are cut (finshell_bisection), the state is carried over (finshell_state_transfer) and brought to equilibrium at what the last
+!> step ends with (finshell_resettle). Where that fails, and in jobs of linear steps, all steps run again on the new mesh.
 module finshell_adaptation
    use, intrinsic :: iso_fortran_env, only: output_unit
    use finshell_bisection, only: bisect, bisection_t

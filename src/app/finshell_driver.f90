@@ -191,6 +191,8 @@ contains
          ' cuts, ', seconds, ' s of CPU time'
       if (path%increments > 0) write (output_unit, '(a)') 'Worst accuracy of an increment: residual '//text_of(reporter%residual) &
          //' of the loads and reactions, correction '//text_of(reporter%correction)//' of the increment'
+      if (reporter%relative_error >= 0) write (output_unit, '(a,g0.3,a)') 'Estimated relative error in energy norm: ', &
+         100*reporter%relative_error, ' %'
       if (reporter%rounded > 0) write (output_unit, '(i0,a)') reporter%rounded, &
          ' increments came to rest at the limit of rounding, above the tolerance that was asked for.'
       if (reporter%rounded > 0 .and. reporter%residual > 0.01_wp) write (output_unit, '(a)') &

@@ -4,6 +4,7 @@ module finshell_reporter
    use finshell_kinds, only: wp
    use finshell_disk, only: lock_t, remove_in_system, take_lock
    use finshell_equilibrium, only: equilibrium_t
+   use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
@@ -46,6 +47,7 @@ module finshell_reporter
       integer :: unstable = 0 !< increments with negative pivots
       integer :: descents = 0 !< increments found by a descent
       integer :: linear = 0 !< linear solutions and modes
+      real(wp) :: relative_error = -1 !< of the mesh, estimated, at the end; negative: not known
       integer :: switched = 0 !< linear and buckling steps whose solution decided which fibres act
       integer :: critical_points = 0 !< limit and bifurcation points
       integer :: rounded = 0 !< increments that rounding kept from their tolerance
@@ -220,6 +222,7 @@ contains
       type(linear_change_t), intent(in), optional, target :: change
       type(increment_t) :: row
       type(recovery_t) :: recovery
+      type(indicator_t) :: indicator
       logical :: with_fields
       integer :: i
 
@@ -256,6 +259,10 @@ contains
             'fibres act where the linear solution stretches them: found in ', record%switched, ' solutions'
       end if
       if (record%control == control_linear .or. record%control == control_buckling) self%linear = self%linear + 1
+      if (record%control == control_linear .and. self%mesh == 0) then
+         call estimate_error(self%problem, state, indicator, change)
+         self%relative_error = indicator%relative
+      end if
       if (record%event /= no_event) then
          self%critical_points = self%critical_points + 1
          if (.not. self%quiet) call show_event(record)
@@ -282,9 +289,15 @@ contains
       type(error_t), allocatable :: ignored
       type(increment_t) :: row
       type(recovery_t) :: recovery
+      type(indicator_t) :: indicator
       if (self%output%fields .and. self%last%increment > self%last_written .and. self%last_written >= 0) then
          call self%evaluate(state, self%last, .true., row, recovery)
          call self%write_fields(state, row, recovery, error)
+      end if
+      if (self%mesh == 0 .and. self%last%increment > 0 .and. self%last%control /= control_linear &
+          .and. self%last%control /= control_buckling) then
+         call estimate_error(self%problem, state, indicator)
+         self%relative_error = indicator%relative
       end if
       call self%results%close(ignored)
       if (allocated(ignored) .and. .not. allocated(error)) call move_alloc(ignored, error)

@@ -86,7 +86,7 @@ contains
       end subroutine take_edges
    end subroutine hole_mesh
 
-   !> Ratio of the length of a cell to that of the one inside of it, between 1 and 4, for cells at the hole that are as long as wide.
+   !> Ratio of the length of a cell to that of the one inside of it, 1 to 4, for cells at the hole that are as long as wide.
    pure real(wp) function outer_ratio(divisions, way) result(ratio)
       integer, intent(in) :: divisions(2)
       real(wp), intent(in) :: way !< from hole to outer side, in radii

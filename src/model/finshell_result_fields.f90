@@ -6,9 +6,13 @@ module finshell_result_fields
    implicit none
    private
    public :: result_field_t, result_fields, find_field, field_names, place_name
-   public :: on_nodes, on_elements, on_structure
+   public :: on_nodes, on_elements, on_structure, error_entry
 
    integer, parameter :: on_nodes = 1, on_elements = 2, on_structure = 3
+
+   !> Behind the entries of the table of element fields: the field that is made of the surroundings of elements, `error`
+   !> (finshell_error_indicator).
+   integer, parameter :: error_entry = n_element_fields + 1
 
    type :: result_field_t
       character(len=24) :: name = ''
@@ -17,7 +21,7 @@ module finshell_result_fields
       logical :: adds_up = .false. !< the value of several items is their sum, else their mean
       integer :: entry = 0 !< in the table of nodal or of element fields
       logical :: surfaces = .false., layers = .false. !< the value has places in the element, bottom to top
-      character(len=16) :: dimension = ''
+      character(len=20) :: dimension = ''
       character(len=128) :: meaning = ''
    end type result_field_t
 
@@ -36,10 +40,14 @@ contains
                (result_field_t(elemental(i)%name, elemental(i)%components, on_elements, .false., i, &
                                elemental(i)%at == at_surfaces, elemental(i)%at == at_layers, &
                                elemental(i)%dimension, elemental(i)%meaning), i=1, n_element_fields), &
+               result_field_t('error', '', on_elements, .false., error_entry, .false., .false., 'sqrt(force length)', &
+                              'estimated: root of the energy of the error of the mesh in the element'), &
                whole('volume', 'length^3', &
                      'between the pressurised elements and the origin of their pressure'), &
                whole('energy', 'force length', &
-                     'stored in the structure and in foundations')]
+                     'stored in the structure and in foundations'), &
+               whole('relative_error', '-', &
+                     'estimated, of the mesh in the energy norm: root of the sum of error^2 over that of the energy')]
    end function result_fields
 
    !> A number of the whole structure.

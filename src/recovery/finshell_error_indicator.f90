@@ -69,25 +69,34 @@ contains
       type(state_t), intent(in) :: state
       type(indicator_t), intent(out) :: indicator
       type(linear_change_t), intent(in), optional :: change
-      type(surface_strains_t) :: strains, more
+      type(surface_strains_t) :: strains
       real(wp), allocatable :: defect(:, :, :)
-      if (present(change)) then
-         call strains_of(problem, problem%state, strains)
-         call add_change(problem, strains, change%motion, more)
-         if (change%alone) then
-            strains%strain = more%strain
-            indicator%energy = stored_by(strains)
-         else
-            strains%strain = strains%strain + more%strain
-            indicator%energy = sum(strains%energy) + change%energy
-         end if
-      else
-         call strains_of(problem, state, strains)
-         indicator%energy = sum(strains%energy)
-      end if
+      call strains_of(problem, state, strains, indicator%energy, change)
       call strain_defects(problem, strains, defect)
       call measure(strains, defect, indicator)
    end subroutine estimate_error
+
+   !> Strains of a state, or of a linear change of that of the problem, and the energy that belongs to them.
+   subroutine strains_of(problem, state, strains, energy, change)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(surface_strains_t), intent(out) :: strains
+      real(wp), intent(out) :: energy
+      type(linear_change_t), intent(in), optional :: change
+      type(surface_strains_t) :: more
+      if (.not. present(change)) then
+         call strains_at(problem, state, strains)
+         energy = sum(strains%energy)
+         return
+      end if
+      call strains_at(problem, problem%state, strains)
+      call add_change(problem, strains, change%motion, more)
+      energy = sum(strains%energy) + change%energy
+      if (.not. change%alone) more%strain = strains%strain + more%strain
+      strains%strain = more%strain
+      strains%missing = more%missing
+      if (change%alone) energy = stored_by(strains)
+   end subroutine strains_of
 
    !> Indicator from what the strains are off.
    pure subroutine measure(strains, defect, indicator)
@@ -111,8 +120,8 @@ contains
       real(wp), intent(in) :: gradient(:) !< (problem%n) derivative of the monitor with respect to the unknowns
       type(goal_t), intent(out) :: goal
       type(error_t), allocatable, intent(out) :: error
-      type(linear_change_t), intent(in), optional :: change !< the error is that of a linear change, whose tangent is factorised
-      type(surface_strains_t) :: strains, adjoint, more
+      type(linear_change_t), intent(in), optional :: change !< the monitor is that of a linear change, whose tangent is factorised
+      type(surface_strains_t) :: strains, adjoint
       type(indicator_t) :: dual
       real(wp), allocatable :: z(:), motion(:, :), defect(:, :, :), dual_defect(:, :, :)
       integer :: e
@@ -126,16 +135,10 @@ contains
       call problem%solve(gradient, z, error)
       if (allocated(error)) return
       call scatter(problem%equations, z, motion)
-      call strains_of(problem, problem%state, strains)
-      call add_change(problem, strains, motion, adjoint)
-      goal%state%energy = sum(strains%energy)
-      if (present(change)) then
-         call add_change(problem, strains, change%motion, more)
-         strains%strain = strains%strain + more%strain
-         goal%state%energy = goal%state%energy + change%energy
-      end if
+      call strains_of(problem, problem%state, strains, goal%state%energy, change)
       call strain_defects(problem, strains, defect)
       call measure(strains, defect, goal%state)
+      call add_change(problem, strains, motion, adjoint)
       adjoint%stiffness = strains%stiffness
       call strain_defects(problem, adjoint, dual_defect)
       call measure(adjoint, dual_defect, dual)
@@ -167,7 +170,7 @@ contains
    end subroutine monitor_gradient
 
    !> Strains of all elements at a state, and the stiffness of their sections.
-   subroutine strains_of(problem, state, strains, stiff)
+   subroutine strains_at(problem, state, strains, stiff)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(surface_strains_t), intent(out) :: strains
@@ -203,7 +206,7 @@ contains
             end do
          end do
       end associate
-   end subroutine strains_of
+   end subroutine strains_at
 
    !> The matrix with its eigenvalues made positive, where some are not.
    pure function definite(k) result(d)
@@ -254,8 +257,8 @@ contains
       type(surface_strains_t) :: behind
       real(wp) :: part
       part = small_part(motion, problem%detail)
-      call strains_of(problem, moved_state(problem%state, motion, part), changed, stiff=.false.)
-      call strains_of(problem, moved_state(problem%state, motion, -part), behind, stiff=.false.)
+      call strains_at(problem, moved_state(problem%state, motion, part), changed, stiff=.false.)
+      call strains_at(problem, moved_state(problem%state, motion, -part), behind, stiff=.false.)
       changed%strain = (changed%strain - behind%strain)/(2*part)
       changed%missing = changed%missing .or. behind%missing .or. strains%missing
    end subroutine add_change
@@ -268,8 +271,10 @@ contains
       type(surroundings_t) :: surroundings
       real(wp), allocatable :: mean(:, :)
       real(wp) :: points(3, 3), smooth(6, 3)
+      logical, allocatable :: found(:)
       integer :: e, n
       n = size(strains%area)
+      found = .not. strains%missing
       call new_surroundings(surroundings, problem%structure)
       mean = sum(strains%strain, 2)/3
       allocate (defect(6, 3, n), source=0.0_wp)
@@ -278,7 +283,7 @@ contains
          do e = 1, n
             if (strains%missing(e)) cycle
             points = matmul(mesh%coordinates(:, mesh%triangles(:, e)), strain_points) - spread(surroundings%centre(:, e), 2, 3)
-            call smooth_strain(surroundings, mesh%triangles, strains%axes, mean, .not. strains%missing, e, points, smooth)
+            call smooth_strain(surroundings, mesh%triangles, strains%axes, mean, found, e, points, smooth)
             defect(:, :, e) = smooth - strains%strain(:, :, e)
          end do
          !$omp end parallel do

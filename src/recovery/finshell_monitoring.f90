@@ -4,13 +4,15 @@ module finshell_monitoring
    use finshell_freedoms, only: rx, rz
    use finshell_discretisation, only: evaluate_gathered, gather_elements, gathered_t
    use finshell_equilibrium, only: equilibrium_t
+   use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_field, only: field_t
    use finshell_field_batch, only: element_field_t, element_fields, n_element_fields
    use finshell_mesh, only: mesh_t, find_element_set, find_node_set, twice_area_vector
    use finshell_monitor, only: monitor_t, output_t, wanted_fields, reduce_mean, reduce_sum, reduce_max, reduce_min
    use finshell_node_fields, only: node_field_t, node_fields, node_results_t, n_node_fields
    use finshell_recovery, only: recovery_t, recover, recovered
-   use finshell_result_fields, only: result_field_t, result_fields, place_name, on_nodes, on_elements
+   use finshell_result_fields, only: result_field_t, result_fields, place_name, error_entry, on_nodes, &
+      on_elements
    use finshell_volume, only: volume_behind
    use finshell_state, only: state_t, moved_state, linear_change_t, small_part
    implicit none
@@ -65,6 +67,7 @@ contains
       type(linear_change_t), intent(in), optional, target :: change !< what is reported, instead of the state
       type(recovery_t) :: own
       type(node_results_t) :: results
+      type(indicator_t) :: indicator
       type(node_field_t) :: nodal(n_node_fields)
       real(wp), allocatable :: one(:, :)
       integer :: i, k
@@ -94,6 +97,10 @@ contains
             case default
                if (w%field%name == 'volume') values(i) = changed_volume(problem, state, change)
                if (w%field%name == 'energy') values(i) = changed_energy(problem, state, change)
+               if (w%field%name == 'relative_error') then
+                  call estimate_error(problem, state, indicator, change)
+                  values(i) = indicator%relative
+               end if
             end select
             values(i) = w%factor*values(i)
          end associate
@@ -131,8 +138,8 @@ contains
       type(watch_t), intent(in) :: watches(:)
       integer, allocatable :: list(:)
       integer :: i
-      list = pack([(i, i=1, n_element_fields)], &
-                  [(any(watches%field%on == on_elements .and. watches%field%entry == i), i=1, n_element_fields)])
+      list = pack([(i, i=1, error_entry)], &
+                  [(any(watches%field%on == on_elements .and. watches%field%entry == i), i=1, error_entry)])
    end function watched_entries
 
    !> What nodal fields are made of.
@@ -289,9 +296,14 @@ contains
       entries = cell_entries(output)
       allocate (fields(0))
       do i = 1, size(entries)
-         associate (made => recovery%fields(recovered(recovery, entries(i))), field => table(entries(i)))
+         associate (made => recovery%fields(recovered(recovery, entries(i))))
+            if (entries(i) == error_entry) then
+               fields = [fields, field_t('error', 1, (made%values(:, 1, :)), (made%missing(1, :)))]
+               cycle
+            end if
             do p = 1, size(made%values, 2)
-               fields = [fields, field_t(place_name(field, p), field%number, (made%values(:, p, :)), (made%missing(p, :)))]
+               fields = [fields, field_t(place_name(table(entries(i)), p), table(entries(i))%number, (made%values(:, p, :)), &
+                                         (made%missing(p, :)))]
             end do
          end associate
       end do

@@ -1,4 +1,4 @@
-!> Element fields at a state, or of a linear change, by the table of finshell_element_fields.
+!> Fields on elements at a state, or of a linear change: by the table of finshell_element_fields, and the estimated error.
 !>
 !> What cannot be recovered is missing; it never ends a run. This happens to stresses, where the law ends before the surface of the
 !> section but beyond the integration points, which are all that equilibrium asks for.
@@ -6,8 +6,10 @@ module finshell_recovery
    use finshell_kinds, only: wp, i4
    use finshell_discretisation, only: gather_elements, gathered_t, recover_gathered
    use finshell_equilibrium, only: equilibrium_t
+   use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_field_batch, only: element_field_t, element_fields, field_value, field_places, n_element_fields, change_quadratic, &
       change_none
+   use finshell_result_fields, only: error_entry
    use finshell_state, only: state_t, moved_state, linear_change_t, small_part
    use finshell_status, only: status_ok
    use finshell_structure, only: structure_t
@@ -17,7 +19,7 @@ module finshell_recovery
 
    !> A field of a list of elements. What is missing is 0.
    type :: recovered_field_t
-      integer :: entry = 0 !< in the table
+      integer :: entry = 0 !< in the table, or error_entry
       real(wp), allocatable :: values(:, :, :) !< (component, place, element of the list)
       logical, allocatable :: missing(:, :) !< (place, element of the list)
    end type recovered_field_t
@@ -45,23 +47,25 @@ contains
    end function most_layers
 
    !> Fields of some elements at a state, or of a linear change of the state of the problem.
-   subroutine recover(problem, state, elements, entries, r, change)
+   subroutine recover(problem, state, elements, wanted, r, change)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: elements(:)
-      integer, intent(in) :: entries(:) !< of the table
+      integer, intent(in) :: wanted(:) !< entries of the table of element fields, error_entry
       type(recovery_t), intent(out) :: r
       type(linear_change_t), intent(in), optional :: change
       real(wp), parameter :: fibre_part = 1.0e-3_wp !< of a mode: small beside the motion that decides which fibres act
       type(element_field_t) :: table(n_element_fields)
       type(raw_t) :: raw, near, far
       type(state_t) :: base
+      integer, allocatable :: entries(:)
       real(wp) :: part
       integer :: i
 
       allocate (r%place(size(problem%structure%element_section)), source=0)
       r%place(elements) = [(i, i=1, size(elements))]
       table = element_fields()
+      entries = pack(wanted, wanted /= error_entry)
       if (.not. present(change)) then
          call recover_at(problem, state, elements, entries, table, raw)
       else
@@ -87,6 +91,7 @@ contains
          end if
       end if
       call finish(table, entries, most_layers(problem%structure), raw, r)
+      if (size(entries) < size(wanted)) r%fields = [r%fields, error_field(problem, state, elements, change)]
 
    contains
 
@@ -110,6 +115,20 @@ contains
          end do
       end subroutine combine
    end subroutine recover
+
+   !> The field `error`.
+   function error_field(problem, state, elements, change) result(field)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: elements(:)
+      type(linear_change_t), intent(in), optional :: change
+      type(recovered_field_t) :: field
+      type(indicator_t) :: indicator
+      call estimate_error(problem, state, indicator, change)
+      field%entry = error_entry
+      field%values = reshape(indicator%eta(elements), [1, 1, size(elements)])
+      field%missing = reshape(indicator%missing(elements), [1, size(elements)])
+   end function error_field
 
    !> What the table's procedures find at one state, whatever the sections; in the order of `elements`.
    subroutine recover_at(problem, state, elements, entries, table, raw)

@@ -11,7 +11,7 @@ module finshell_strain_patch
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: surroundings_t, new_surroundings, smooth_strain
+   public :: surroundings_t, new_surroundings, smooth_strain, turned_strain
 
    type :: surroundings_t
       integer, allocatable :: neighbour(:, :) !< (3, elements) across the side from node k to k + 1; 0: not smooth there
@@ -165,22 +165,32 @@ contains
       touching = any(a == b(1)) .or. any(a == b(2)) .or. any(a == b(3))
    end function touching
 
-   !> The strains of element `j` and the place of its centroid, in the axes of element `e`: the plane of `j` is turned into that of
-   !> `e` by the smallest rotation, and the way between them is as long as it is in space.
+   !> The strains of element `j` and the place of its centroid, in the axes of element `e`. The way between them is as long as it is
+   !> in space.
    pure subroutine bring(s, axes, strain, e, j, at, value)
       type(surroundings_t), intent(in) :: s
       real(wp), intent(in) :: axes(:, :, :), strain(6)
       integer, intent(in) :: e, j
       real(wp), intent(out) :: at(2), value(6)
-      real(wp) :: way(3), a(2), c2, s2, cs, c
-      integer :: k
+      real(wp) :: way(3)
       way = s%centre(:, j) - s%centre(:, e)
       at = matmul(way, axes(:, :, e))
       if (any(abs(at) > 0)) at = at*(norm2(way)/norm2(at))
-      ! first axis of j after the rotation, in the axes of e
-      c = dot_product(s%normal(:, j), s%normal(:, e))
-      a = matmul(axes(:, 1, j), axes(:, :, e))
-      if (c > -0.99_wp) a = a - dot_product(axes(:, 1, j), s%normal(:, e))/(1 + c)*matmul(s%normal(:, j), axes(:, :, e))
+      value = turned_strain(axes(:, :, j), s%normal(:, j), axes(:, :, e), s%normal(:, e), strain)
+   end subroutine bring
+
+   !> Strains in the axes of another plane, into which their own is turned by the smallest rotation.
+   pure function turned_strain(own, own_normal, axes, normal, strain) result(value)
+      real(wp), intent(in) :: own(3, 2), axes(3, 2) !< (component, axis) unit vectors
+      real(wp), intent(in) :: own_normal(3), normal(3)
+      real(wp), intent(in) :: strain(6) !< membrane strain and curvature: 11, 22, 2 12 each
+      real(wp) :: value(6)
+      real(wp) :: a(2), c2, s2, cs, c
+      integer :: k
+      ! the first axis of its own after the rotation
+      c = dot_product(own_normal, normal)
+      a = matmul(own(:, 1), axes)
+      if (c > -0.99_wp) a = a - dot_product(own(:, 1), normal)/(1 + c)*matmul(own_normal, axes)
       a = a/max(norm2(a), tiny(1.0_wp))
       c2 = a(1)**2
       s2 = a(2)**2
@@ -192,7 +202,7 @@ contains
             value(k + 3) = 2*cs*(x(1) - x(2)) + (c2 - s2)*x(3)
          end associate
       end do
-   end subroutine bring
+   end function turned_strain
 
    !> Of a symmetric 2 x 2 matrix (11, 22, 12), without directions in which there is nothing.
    pure function pseudo_inverse(m) result(inverse)
