@@ -13,7 +13,7 @@ module finshell_adaptation
    use finshell_input_normals, only: crease_edges_of
    use finshell_job, only: follow_steps
    use finshell_kinds, only: dp, wp
-   use finshell_marking, only: worth_cutting
+   use finshell_marking, only: shares_of_parts, worth_cutting
    use finshell_mesh, only: find_node_set
    use finshell_observer, only: record_t
    use finshell_options, only: options_t
@@ -31,6 +31,7 @@ module finshell_adaptation
    private
    public :: adapt
 
+   integer, parameter :: growth = 3 !< of the elements, beyond which a mesh is not cut again without another estimate
    real(wp), parameter :: cost_exponent = 1.2_wp !< of the time of a mesh over its elements
 
    !> What one mesh gave.
@@ -54,6 +55,8 @@ contains
       type(speaker_t), intent(inout) :: speaker
       type(error_t), allocatable, intent(out) :: error
       type(result_t) :: result
+      type(input_t) :: next
+      type(state_t) :: state
       real(wp), allocatable :: weights(:)
       real(wp) :: tolerance
       real(dp) :: before, now
@@ -73,11 +76,12 @@ contains
          call tell(options, input, unit, result)
          reason = reason_to_end(input, result)
          if (reason /= '') exit
-         call cut(bisection, input, worth_cutting(weights, tolerance))
+         call refine(options, bisection, input, problem, weights, tolerance, next, state, error)
+         if (allocated(error)) exit
          reason = reason_not_to_begin(input, size(bisection%side), result, now - before)
          if (reason /= '') exit
          before = now
-         call next_mesh(options, bisection, input, problem, path, reporter, speaker, error)
+         call next_mesh(options, next, state, input, problem, path, reporter, speaker, error)
       end do
       close (unit)
       if (allocated(error)) then
@@ -185,30 +189,51 @@ contains
       end associate
    end subroutine cut
 
-   !> Bring the job to its end on the next mesh.
-   subroutine next_mesh(options, bisection, input, problem, path, reporter, speaker, error)
+   !> The next mesh and the state carried over to it. Where the estimate promises that one cut of an element is not enough its
+   !> parts are cut at once, as long as the mesh does not grow too much for the estimate to be believed.
+   subroutine refine(options, bisection, input, problem, weights, tolerance, next, state, error)
       type(options_t), intent(in) :: options
       type(bisection_t), intent(inout) :: bisection
+      type(input_t), intent(in) :: input
+      type(equilibrium_t), intent(in) :: problem
+      real(wp), intent(in) :: weights(:), tolerance
+      type(input_t), intent(out) :: next
+      type(state_t), intent(out) :: state
+      type(error_t), allocatable, intent(out) :: error
+      type(input_t) :: before
+      real(wp), allocatable :: shares(:)
+      next = input
+      state = problem%state
+      shares = weights
+      do
+         before = next
+         call cut(bisection, before, worth_cutting(shares, tolerance))
+         call read_input(options%input, next, error, options%refine, bisection)
+         if (allocated(error)) return
+         state = carry_over(state, before%structure%mesh, turning_nodes(before%structure), bisection%ends, next%structure%mesh)
+         shares = shares_of_parts(shares, bisection%parent)
+         if (sum(shares) <= tolerance .or. size(shares) > growth*size(weights)) exit
+      end do
+   end subroutine refine
+
+   !> Bring the job to its end on the next mesh.
+   subroutine next_mesh(options, next, state, input, problem, path, reporter, speaker, error)
+      type(options_t), intent(in) :: options
+      type(input_t), intent(in) :: next
+      type(state_t), intent(inout) :: state !< carried over
       type(input_t), intent(inout), target :: input
       type(equilibrium_t), intent(inout) :: problem
       type(path_t), intent(inout) :: path
       type(reporter_t), intent(inout) :: reporter
       type(speaker_t), intent(inout) :: speaker
       type(error_t), allocatable, intent(out) :: error
-      type(input_t) :: next
-      type(state_t) :: state
       type(record_t) :: record
       type(path_t) :: anew
       type(error_t), allocatable :: failure
       real(wp) :: value
 
-      call read_input(options%input, next, error, options%refine, bisection)
-      if (allocated(error)) return
       value = 0
       if (prescribes_monitored(input%steps(size(input%steps))%control)) value = problem%monitored(problem%state)
-      associate (now => input%structure)
-         state = carry_over(problem%state, now%mesh, turning_nodes(now), bisection%ends, next%structure%mesh)
-      end associate
       input%structure = next%structure
       call choose_solver(input, .false., problem%solver%options, error)
       if (.not. allocated(error)) call new_equilibrium(problem, input%structure, error)

@@ -24,6 +24,7 @@ module finshell_bisection
       integer :: points = 0 !< so many of the node sets of `base` get no new nodes, but with an edge set
       integer, allocatable :: side(:) !< (elements) the side, from node k to node k + 1, that is cut first
       integer, allocatable :: ends(:, :) !< (2, nodes that came last) edges whose middles they are
+      integer, allocatable :: parent(:) !< (elements) which they were part of before the last cut
    end type bisection_t
 
 contains
@@ -112,6 +113,7 @@ contains
       fine%lineage = lineage
       self%mesh = fine
       call move_alloc(side, self%side)
+      call move_alloc(parent, self%parent)
    end subroutine bisect
 
    !> Edges to cut: those of the marked triangles, and the first side of every triangle that has one of them, until none is left.

@@ -13,11 +13,12 @@ module finshell_mesh_hole
 contains
 
    !> The quarter 0 <= x <= lengths(1), 0 <= y <= lengths(2) in the plane z = 0, normal +z, without the disk of a radius about the
-   !> origin. Cells become larger outwards, each by the same ratio, so that they are about as long as wide at the hole.
+   !> origin. Cells become larger outwards, each by the same ratio: as `grading` says, else so that they are about as long as wide
+   !> at the hole.
    !>
    !> Sets: edge_hole; edge_x0, edge_y0 (the planes of symmetry); edge_x1, edge_y1 (the outer sides); corner_hole_y0, corner_hole_x0
    !> (on the hole), corner_x1_y0, corner_y1_x0, corner_x1_y1.
-   subroutine hole_mesh(mesh, lengths, radius, divisions, error, diagonal, distortion)
+   subroutine hole_mesh(mesh, lengths, radius, divisions, error, diagonal, distortion, grading)
       type(mesh_t), intent(out) :: mesh
       real(wp), intent(in) :: lengths(2)
       real(wp), intent(in) :: radius !< below both lengths
@@ -25,6 +26,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: diagonal !< default 'alternating'
       real(wp), intent(in), optional :: distortion !< interior nodes are moved by up to this fraction of a cell; default 0
+      real(wp), intent(in), optional :: grading !< length of the outermost cells over that of those at the hole
       type(mesh_t) :: plain
       type(grid_t) :: grid
       character(len=:), allocatable :: chosen_diagonal
@@ -47,6 +49,7 @@ contains
       if (allocated(error)) return
       allocate (x(3, size(grid%parameters, 2)), source=0.0_wp)
       ratio = outer_ratio(divisions, (0.5_wp*sum(lengths) - radius)/radius)
+      if (present(grading)) ratio = grading**(1.0_wp/max(1, divisions(2) - 1))
       do i = 1, size(x, 2)
          s = grid%parameters(1, i)
          inner = radius*[cos(0.5_wp*acos(-1.0_wp)*s), sin(0.5_wp*acos(-1.0_wp)*s)]

@@ -8,7 +8,7 @@ module finshell_marking
    use finshell_kinds, only: wp
    implicit none
    private
-   public :: worth_cutting, largest_share
+   public :: worth_cutting, shares_of_parts, largest_share
 
    real(wp), parameter :: fewest_parts = 2.0_wp !< from which on a triangle is cut, into four
    real(wp), parameter :: aim = 0.7_wp !< of the tolerance: another mesh for a rest costs as much as this one
@@ -17,18 +17,33 @@ module finshell_marking
 
 contains
 
-   !> Elements to cut: those that should have two parts or more, and the largest shares as far as needed to meet the tolerance by
-   !> what the cuts promise, up to half of the error.
+   !> Elements to cut in four: where that is enough, the fewest that leave less than the tolerance; else those that should have two
+   !> parts or more, and half of the error at least.
    pure function worth_cutting(shares, tolerance) result(chosen)
       real(wp), intent(in) :: shares(:) !< >= 0
       real(wp), intent(in) :: tolerance !< < the sum of the shares
       logical :: chosen(size(shares))
-      real(wp) :: total
-      total = sum(shares)
-      chosen = sqrt(shares)*sum(sqrt(shares)) >= fewest_parts*aim*tolerance
-      ! a cut leaves a quarter
-      chosen = chosen .or. largest_share(shares, min(most_share, (total - aim*tolerance)/(0.75_wp*total)))
+      real(wp) :: part
+      part = (sum(shares) - aim*tolerance)/(0.75_wp*sum(shares)) ! a cut leaves a quarter
+      if (part <= most_share) then
+         chosen = largest_share(shares, part)
+      else
+         chosen = sqrt(shares)*sum(sqrt(shares)) >= fewest_parts*aim*tolerance .or. largest_share(shares, most_share)
+      end if
    end function worth_cutting
+
+   !> What the parts of cut elements may be expected to have.
+   pure function shares_of_parts(shares, parent) result(parts)
+      real(wp), intent(in) :: shares(:)
+      integer, intent(in) :: parent(:) !< (parts)
+      real(wp) :: parts(size(parent))
+      integer :: number(size(shares)), i
+      number = 0
+      do i = 1, size(parent)
+         number(parent(i)) = number(parent(i)) + 1
+      end do
+      parts = shares(parent)/real(number(parent), wp)**2
+   end function shares_of_parts
 
    !> The largest values that make up a part of the sum (Doerfler, SIAM J. Numer. Anal. 33, 1996); equal ones go together, so that
    !> what is symmetric stays it.

@@ -237,14 +237,19 @@ contains
 
       subroutine generate_hole()
          real(wp) :: radius
-         real(wp), allocatable :: lengths(:)
+         real(wp), allocatable :: grading, lengths(:)
          integer, allocatable :: divisions(:)
          call get(group, 'lengths', lengths, error, required=.true., number=2, above=0.0_wp)
          call get(group, 'radius', radius, error, above=0.0_wp)
+         if (has(group, 'grading')) then
+            allocate (grading)
+            call get(group, 'grading', grading, error, above=0.0_wp)
+         end if
          call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
          call check_all_used(group, error)
          call check_cells(divisions)
-         if (.not. allocated(error)) call hole_mesh(mesh, lengths, radius, divisions, refusal, diagonal, distortion)
+         if (.not. allocated(error)) call hole_mesh(mesh, lengths, radius, divisions, refusal, diagonal, distortion, &
+            grading)
       end subroutine generate_hole
 
       subroutine check_cells(divisions)
