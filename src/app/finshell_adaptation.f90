@@ -31,6 +31,8 @@ module finshell_adaptation
    private
    public :: adapt
 
+   !> Part of the tolerance that a mesh aims at, and its bounds: a mesh that fails by little costs another as large as itself.
+   real(wp), parameter :: first_aim = 0.7_wp, least_aim = 0.3_wp, most_aim = 0.9_wp
    integer, parameter :: growth = 3 !< of the elements, beyond which a mesh is not cut again without another estimate
    real(wp), parameter :: cost_exponent = 1.2_wp !< of the time of a mesh over its elements
 
@@ -58,13 +60,15 @@ contains
       type(input_t) :: next
       type(state_t) :: state
       real(wp), allocatable :: weights(:)
-      real(wp) :: tolerance
+      real(wp) :: aim, promised, tolerance
       real(dp) :: before, now
       character(len=:), allocatable :: reason
       integer :: unit
 
       call open_table(options%folder//input%name//'.meshes.csv', input, unit, error)
       before = 0
+      aim = first_aim
+      promised = 0
       do
          if (.not. allocated(error)) call judge(input, problem, reporter, weights, tolerance, result, error)
          if (allocated(error)) exit
@@ -76,7 +80,9 @@ contains
          call tell(options, input, unit, result)
          reason = reason_to_end(input, result)
          if (reason /= '') exit
-         call refine(options, bisection, input, problem, weights, tolerance, next, state, error)
+         ! cuts may promise more than they hold
+         if (promised > 0) aim = min(most_aim, max(least_aim, most_aim*promised/sum(weights)))
+         call refine(options, bisection, input, problem, weights, aim*tolerance, promised, next, state, error)
          if (allocated(error)) exit
          reason = reason_not_to_begin(input, size(bisection%side), result, now - before)
          if (reason /= '') exit
@@ -86,7 +92,7 @@ contains
       close (unit)
       if (allocated(error)) then
          error%message = 'mesh '//text_of(reporter%mesh)//' (&accuracy): '//error%message
-      else if (.not. options%quiet) then
+      else
          write (output_unit, '(a)') reason
       end if
    end subroutine adapt
@@ -191,12 +197,13 @@ contains
 
    !> The next mesh and the state carried over to it. Where the estimate promises that one cut of an element is not enough its
    !> parts are cut at once, as long as the mesh does not grow too much for the estimate to be believed.
-   subroutine refine(options, bisection, input, problem, weights, tolerance, next, state, error)
+   subroutine refine(options, bisection, input, problem, weights, tolerance, promised, next, state, error)
       type(options_t), intent(in) :: options
       type(bisection_t), intent(inout) :: bisection
       type(input_t), intent(in) :: input
       type(equilibrium_t), intent(in) :: problem
       real(wp), intent(in) :: weights(:), tolerance
+      real(wp), intent(out) :: promised !< sum of the shares there
       type(input_t), intent(out) :: next
       type(state_t), intent(out) :: state
       type(error_t), allocatable, intent(out) :: error
@@ -212,7 +219,8 @@ contains
          if (allocated(error)) return
          state = carry_over(state, before%structure%mesh, turning_nodes(before%structure), bisection%ends, next%structure%mesh)
          shares = shares_of_parts(shares, bisection%parent)
-         if (sum(shares) <= tolerance .or. size(shares) > growth*size(weights)) exit
+         promised = sum(shares)
+         if (promised <= tolerance .or. size(shares) > growth*size(weights)) exit
       end do
    end subroutine refine
 

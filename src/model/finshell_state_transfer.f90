@@ -1,9 +1,10 @@
 !> The state of a mesh on its bisection: new nodes lie in the middle of the deformed, curved edges.
 !>
-!> An edge of the reference surface whose middle is off the chord D by B is taken as the cubic with the end tangents D + 4 B and
-!> D - 4 B. In the deformed state these turn with their nodes and stretch as the chord does; the cubic along them says how far the
-!> middle is off the deformed chord, along the normal there. Across the normal B turns and stretches with the chord, since
-!> rotations say nothing about shear. Rigid motions and bending to circular arcs (to fourth order) come out as they are.
+!> An edge of the reference surface whose middle is off its chord by B is taken as the cubic with the end tangents chord + 4 B and chord
+!> - 4 B. In the deformed state B turns with the middle and stretches with the chord, and the tangents, of the deformed chord
+!> now, turn as their nodes do beyond the middle. The cubic along them says how far the middle is off the deformed chord along the
+!> normal there; across the normal it is B, since rotations say nothing about shear. Rigid motions and bending to circular arcs
+!> (to fourth order) come out as they are.
 module finshell_state_transfer
    use finshell_edges, only: edges_t, find_edge, new_edges
    use finshell_equations, only: equations_t, rotation_at
@@ -74,11 +75,12 @@ contains
       between = quaternion_to_rotation_vector(quaternion_product(q(:, 2), quaternion_conjugate(q(:, 1))))
       q_middle = quaternion_product(rotation_vector_to_quaternion(0.5_wp*between), q(:, 1))
       n = matmul(quaternion_to_matrix(q_middle), normal/norm2(normal))
+      turned = stretch*matmul(quaternion_to_matrix(q_middle), bulge)
       do k = 1, 2
-         tangent(:, k) = stretch*matmul(quaternion_to_matrix(q(:, k)), chord + merge(4, -4, k == 1)*bulge)
+         tangent(:, k) = matmul(quaternion_to_matrix(quaternion_product(q(:, k), quaternion_conjugate(q_middle))), &
+                                deformed - dot_product(deformed, n)*n + merge(4, -4, k == 1)*turned)
       end do
       off = (tangent(:, 1) - tangent(:, 2))/8
-      turned = stretch*matmul(quaternion_to_matrix(q_middle), bulge)
       off = turned + dot_product(off - turned, n)*n
       u_middle = 0.5_wp*(u(:, 1) + u(:, 2)) + off - bulge
       ! the normal stands across the cubic

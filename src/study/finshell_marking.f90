@@ -11,7 +11,6 @@ module finshell_marking
    public :: worth_cutting, shares_of_parts, largest_share
 
    real(wp), parameter :: fewest_parts = 2.0_wp !< from which on a triangle is cut, into four
-   real(wp), parameter :: aim = 0.7_wp !< of the tolerance: another mesh for a rest costs as much as this one
    real(wp), parameter :: most_share = 0.5_wp !< of the error, in what is cut for progress alone
    integer, parameter :: halvings = 60
 
@@ -24,11 +23,11 @@ contains
       real(wp), intent(in) :: tolerance !< < the sum of the shares
       logical :: chosen(size(shares))
       real(wp) :: part
-      part = (sum(shares) - aim*tolerance)/(0.75_wp*sum(shares)) ! a cut leaves a quarter
+      part = (sum(shares) - tolerance)/(0.75_wp*sum(shares)) ! a cut leaves a quarter
       if (part <= most_share) then
          chosen = largest_share(shares, part)
       else
-         chosen = sqrt(shares)*sum(sqrt(shares)) >= fewest_parts*aim*tolerance .or. largest_share(shares, most_share)
+         chosen = sqrt(shares)*sum(sqrt(shares)) >= fewest_parts*tolerance .or. largest_share(shares, most_share)
       end if
    end function worth_cutting
 
