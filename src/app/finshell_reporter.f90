@@ -5,7 +5,8 @@ module finshell_reporter
    use finshell_disk, only: lock_t, remove_in_system, take_lock
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error_indicator, only: estimate_error, indicator_t
-   use finshell_error, only: error_t, raise, text_of
+   use finshell_error, only: error_t, raise
+   use finshell_increment_lines, only: show_event, show_increment, show_snap
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
    use finshell_monitor, only: monitor_t, output_t
@@ -14,7 +15,7 @@ module finshell_reporter
    use finshell_observer, only: observer_t, record_t
    use finshell_recovery, only: recovery_t, recover
    use finshell_results, only: results_file_t
-   use finshell_stability, only: event_name, no_event
+   use finshell_stability, only: no_event
    use finshell_state, only: state_t, linear_change_t
    use finshell_status, only: status_io_error
    use finshell_storage, only: storage_t
@@ -23,8 +24,6 @@ module finshell_reporter
    implicit none
    private
    public :: reporter_t
-
-   integer, parameter :: shown = 3 !< monitors on the screen
 
    !> How many values of a monitor or field could not be recovered.
    type :: gap_t
@@ -245,7 +244,8 @@ contains
          'arc-length stands in from here: what the step prescribes turns round  ', &
          'the control of the step takes over again                              ', record%stands_in))
       self%stands_in = record%stands_in
-      if (.not. self%quiet) call show(self, record, [(monitor_value(row, i), i=1, size(self%watches))])
+      if (.not. self%quiet) call show_increment(record, record%increment == 1 .and. self%mesh <= 1, self%monitors, &
+                                                [(monitor_value(row, i), i=1, size(self%watches))])
       if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
          'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
       if (record%descended) then
@@ -368,62 +368,4 @@ contains
       if (i > size(self%gaps)) self%gaps = [self%gaps, gap_t(name)]
       self%gaps(i)%values = self%gaps(i)%values + count(missing)
    end subroutine count_gaps
-
-   !> A limit or bifurcation point.
-   subroutine show_event(record)
-      type(record_t), intent(in) :: record
-      if (record%located) then
-         write (output_unit, '(5x,a)') event_name(record%event)//' located at load factor '//text_of(record%load_factor) &
-            //'; cosine between null vector and load '//text_of(record%load_cosine)
-      else
-         write (output_unit, '(5x,a)') event_name(record%event)//' passed since the increment before'
-      end if
-   end subroutine show_event
-
-   !> An increment that has left the path.
-   subroutine show_snap(record)
-      type(record_t), intent(in) :: record
-      if (abs(record%misfit) > 0.01_wp) then
-         write (output_unit, '(5x,a,f0.1,a)') 'SNAP: this state is not the continuation of the path; work and stored energy ' &
-            //'differ by ', 100*abs(record%misfit), ' %'
-      else
-         write (output_unit, '(5x,a)') 'SNAP: this state is not the continuation of the path; shorter increments found none'
-      end if
-   end subroutine show_snap
-
-   !> Progress: increment, load factor, monitors, iterations, cuts, pivots, CPU seconds.
-   subroutine show(self, record, values)
-      class(reporter_t), intent(in) :: self
-      type(record_t), intent(in) :: record
-      real(wp), intent(in) :: values(:)
-      character(len=14) :: heading
-      integer :: i, n
-      n = min(shown, size(values))
-      if (record%increment == 1 .and. self%mesh <= 1) then
-         write (output_unit, '(a)', advance='no') '  inc    load factor'
-         do i = 1, n
-            heading = self%monitors(i)%name
-            write (output_unit, '(1x,a)', advance='no') adjustr(heading)
-         end do
-         write (output_unit, '(a)') '  iterations  cuts  negative pivots   CPU s'
-      end if
-      write (output_unit, '(i5,a)', advance='no') record%increment, column(record%load_factor)
-      do i = 1, n
-         write (output_unit, '(a)', advance='no') column(values(i))
-      end do
-      if (record%negative_pivots < 0) then
-         write (output_unit, '(i12,i6,a17,f8.2)') record%iterations, record%cuts, '?', record%cpu_time
-      else
-         write (output_unit, '(i12,i6,i17,f8.2)') record%iterations, record%cuts, record%negative_pivots, record%cpu_time
-      end if
-      flush (output_unit)
-   end subroutine show
-
-   !> A number as a column, with a blank before it.
-   pure function column(x) result(text)
-      real(wp), intent(in) :: x
-      character(len=15) :: text
-      text = text_of(x)
-      text = adjustr(text)
-   end function column
 end module finshell_reporter

@@ -1,9 +1,9 @@
 !> The state of a mesh on its bisection: new nodes lie in the middle of the deformed, curved edges.
 !>
-!> An edge of the reference surface whose middle is off its chord by B is taken as the cubic with the end tangents chord + 4 B and chord
-!> - 4 B. In the deformed state B turns with the middle and stretches with the chord, and the tangents, of the deformed chord
-!> now, turn as their nodes do beyond the middle. The cubic along them says how far the middle is off the deformed chord along the
-!> normal there; across the normal it is B, since rotations say nothing about shear. Rigid motions and bending to circular arcs
+!> An edge of the reference surface whose middle is off its chord by B is taken as the cubic with the end tangents chord + 4 B and
+!> chord - 4 B. In the deformed state B turns with the middle and stretches with the chord, and the tangents, of the deformed
+!> chord now, turn as their nodes do beyond the middle. The cubic along them says how far the middle is off the deformed chord along
+!> the normal there; across the normal it is B, since rotations say nothing about shear. Rigid motions and bending to circular arcs
 !> (to fourth order) come out as they are.
 module finshell_state_transfer
    use finshell_edges, only: edges_t, find_edge, new_edges

@@ -1,0 +1,75 @@
+!> What the screen shows of an increment.
+module finshell_increment_lines
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use finshell_error, only: text_of
+   use finshell_kinds, only: wp
+   use finshell_monitor, only: monitor_t
+   use finshell_observer, only: record_t
+   use finshell_stability, only: event_name
+   implicit none
+   private
+   public :: show_increment, show_event, show_snap
+
+   integer, parameter :: shown = 3 !< monitors on the screen
+
+contains
+
+   !> A limit or bifurcation point.
+   subroutine show_event(record)
+      type(record_t), intent(in) :: record
+      if (record%located) then
+         write (output_unit, '(5x,a)') event_name(record%event)//' located at load factor '//text_of(record%load_factor) &
+            //'; cosine between null vector and load '//text_of(record%load_cosine)
+      else
+         write (output_unit, '(5x,a)') event_name(record%event)//' passed since the increment before'
+      end if
+   end subroutine show_event
+
+   !> An increment that has left the path.
+   subroutine show_snap(record)
+      type(record_t), intent(in) :: record
+      if (abs(record%misfit) > 0.01_wp) then
+         write (output_unit, '(5x,a,f0.1,a)') 'SNAP: this state is not the continuation of the path; work and stored energy ' &
+            //'differ by ', 100*abs(record%misfit), ' %'
+      else
+         write (output_unit, '(5x,a)') 'SNAP: this state is not the continuation of the path; shorter increments found none'
+      end if
+   end subroutine show_snap
+
+   !> Progress: increment, load factor, monitors, iterations, cuts, pivots, CPU seconds.
+   subroutine show_increment(record, headed, monitors, values)
+      type(record_t), intent(in) :: record
+      logical, intent(in) :: headed !< with the headings of the columns
+      type(monitor_t), intent(in) :: monitors(:)
+      real(wp), intent(in) :: values(:)
+      character(len=14) :: heading
+      integer :: i, n
+      n = min(shown, size(values))
+      if (headed) then
+         write (output_unit, '(a)', advance='no') '  inc    load factor'
+         do i = 1, n
+            heading = monitors(i)%name
+            write (output_unit, '(1x,a)', advance='no') adjustr(heading)
+         end do
+         write (output_unit, '(a)') '  iterations  cuts  negative pivots   CPU s'
+      end if
+      write (output_unit, '(i5,a)', advance='no') record%increment, column(record%load_factor)
+      do i = 1, n
+         write (output_unit, '(a)', advance='no') column(values(i))
+      end do
+      if (record%negative_pivots < 0) then
+         write (output_unit, '(i12,i6,a17,f8.2)') record%iterations, record%cuts, '?', record%cpu_time
+      else
+         write (output_unit, '(i12,i6,i17,f8.2)') record%iterations, record%cuts, record%negative_pivots, record%cpu_time
+      end if
+      flush (output_unit)
+   end subroutine show_increment
+
+   !> A number as a column, with a blank before it.
+   pure function column(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=15) :: text
+      text = text_of(x)
+      text = adjustr(text)
+   end function column
+end module finshell_increment_lines
