@@ -30,10 +30,10 @@ end module bench_error_keeper
 
 !> Estimated against true error of a mesh: for bench/effectivity.py.
 !>
-!>     bench_error INPUT.nml REFERENCE.nml [LEVELS]
+!>     bench_error INPUT.nml LEVELS REFERENCE_LEVELS
 !>
-!> Both inputs state the same problem, the second on a much finer mesh (LEVELS: refined so many times beyond what it says). The
-!> true error is the energy of the difference of the strains, those of the reference smoothed. A line for the mesh: elements,
+!> The mesh of the input, refined so many times (negative: coarser), is compared with a much finer one, the reference. The true
+!> error is the energy of the difference of the strains, those of the reference smoothed. A line for the mesh: elements,
 !> estimated and true relative error in the energy norm, their ratio, that of membrane and of bending parts alone; of the first
 !> monitor its value and its true error, and the estimates of that error: signed, and the bound.
 program bench_error
@@ -70,16 +70,16 @@ program bench_error
    type(error_t), allocatable :: error
    real(wp), allocatable :: gradient(:), defect(:, :, :)
    real(wp) :: squares(3), estimated(3), energy
-   character(len=300) :: names(2), levels
-   integer :: e, finer
+   character(len=300) :: name, argument
+   integer :: e, levels(2)
 
-   call get_command_argument(1, names(1))
-   call get_command_argument(2, names(2))
-   call get_command_argument(3, levels)
-   finer = 0
-   if (levels /= '') read (levels, *) finer
-   call solve(trim(names(1)), 0, mesh)
-   call solve(trim(names(2)), finer, reference)
+   call get_command_argument(1, name)
+   do e = 1, 2
+      call get_command_argument(1 + e, argument)
+      read (argument, *) levels(e)
+   end do
+   call solve(trim(name), levels(1), mesh)
+   call solve(trim(name), levels(2), reference)
    call estimate_error(mesh%problem, mesh%keeper%state, indicator, mesh%keeper%change)
    call strain_defects(mesh%problem, mesh%strains, defect)
    estimated = 0

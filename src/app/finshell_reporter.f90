@@ -14,6 +14,7 @@ module finshell_reporter
       cell_fields, cell_entries
    use finshell_observer, only: observer_t, record_t
    use finshell_recovery, only: recovery_t, recover
+   use finshell_result_fields, only: error_entry, find_field
    use finshell_results, only: results_file_t
    use finshell_stability, only: no_event
    use finshell_state, only: state_t, linear_change_t
@@ -46,6 +47,7 @@ module finshell_reporter
       integer :: unstable = 0 !< increments with negative pivots
       integer :: descents = 0 !< increments found by a descent
       integer :: linear = 0 !< linear solutions and modes
+      logical :: estimates = .false. !< of errors are asked for: fields or monitors
       real(wp) :: relative_error = -1 !< of the mesh, estimated, at the end; negative: not known
       integer :: switched = 0 !< linear and buckling steps whose solution decided which fibres act
       integer :: critical_points = 0 !< limit and bifurcation points
@@ -98,6 +100,8 @@ contains
       self%levels = levels
       call self%find_watches()
       self%cell_entries = cell_entries(output)
+      self%estimates = any(self%cell_entries == error_entry) .or. any(self%watched_entries == error_entry) &
+         .or. any(monitors%quantity == find_field('relative_error'))
       allocate (self%gaps(0))
       call take_lock(base_name//'.lock', self%lock, reason)
       if (reason /= '') then
@@ -259,7 +263,7 @@ contains
             'fibres act where the linear solution stretches them: found in ', record%switched, ' solutions'
       end if
       if (record%control == control_linear .or. record%control == control_buckling) self%linear = self%linear + 1
-      if (record%control == control_linear .and. self%mesh == 0) then
+      if (record%control == control_linear .and. self%estimates) then
          call estimate_error(self%problem, state, indicator, change)
          self%relative_error = indicator%relative
       end if
@@ -294,7 +298,7 @@ contains
          call self%evaluate(state, self%last, .true., row, recovery)
          call self%write_fields(state, row, recovery, error)
       end if
-      if (self%mesh == 0 .and. self%last%increment > 0 .and. self%last%control /= control_linear &
+      if (self%estimates .and. self%last%increment > 0 .and. self%last%control /= control_linear &
           .and. self%last%control /= control_buckling) then
          call estimate_error(self%problem, state, indicator)
          self%relative_error = indicator%relative

@@ -27,6 +27,8 @@ module finshell_bisection
       integer, allocatable :: parent(:) !< (elements) which they were part of before the last cut
    end type bisection_t
 
+   real(wp), parameter :: short = 0.3_wp !< a side, beside the longest of its triangle
+
 contains
 
    !> Begin with a mesh; what `base` and `former_node_sets` hold is given, `mesh` is it or its refinement.
@@ -66,7 +68,7 @@ contains
       end do
    end function longest_side
 
-   !> Cut all sides of the marked triangles, each into four.
+   !> Cut the marked triangles, each into four; of slender ones the long sides only, so that they become less so.
    !>
    !> New nodes lie on the surface of the generator where that is known, else on the smooth surface through the old ones that
    !> `crease_angle`, `normal` and `crease` say (finshell_patches), without `crease_angle` on the facets.
@@ -85,7 +87,7 @@ contains
       integer :: i, n
 
       call new_edges(edges, self%mesh%triangles)
-      call close_up(edges, self%side, marked, cut)
+      call close_up(self%mesh, edges, self%side, marked, cut)
       ! middles in the order of the edges
       allocate (middle(size(cut)), source=0)
       n = size(self%mesh%coordinates, 2)
@@ -116,13 +118,15 @@ contains
       call move_alloc(parent, self%parent)
    end subroutine bisect
 
-   !> Edges to cut: those of the marked triangles, and the first side of every triangle that has one of them, until none is left.
-   subroutine close_up(edges, side, marked, cut)
+   !> Edges to cut: those of the marked triangles that are not short, and the first side of every triangle that has one of them, until none is left.
+   subroutine close_up(mesh, edges, side, marked, cut)
+      type(mesh_t), intent(in) :: mesh
       type(edges_t), intent(in) :: edges
       integer, intent(in) :: side(:)
       logical, intent(in) :: marked(:)
       logical, allocatable, intent(out) :: cut(:)
       integer, allocatable :: stack(:)
+      real(wp) :: length(3)
       integer :: e, i, k, n
       allocate (cut(size(edges%nodes, 2)), source=.false.)
       allocate (stack(size(cut)))
@@ -130,7 +134,12 @@ contains
       do e = 1, size(marked)
          if (.not. marked(e)) cycle
          do k = 1, 3
-            call push(edges%of_side(k, e))
+            associate (ends => edges%nodes(:, edges%of_side(k, e)))
+               length(k) = norm2(mesh%coordinates(:, ends(2)) - mesh%coordinates(:, ends(1)))
+            end associate
+         end do
+         do k = 1, 3
+            if (length(k) > short*maxval(length)) call push(edges%of_side(k, e))
          end do
       end do
       do while (n > 0)

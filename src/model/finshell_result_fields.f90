@@ -40,8 +40,8 @@ contains
                (result_field_t(elemental(i)%name, elemental(i)%components, on_elements, .false., i, &
                                elemental(i)%at == at_surfaces, elemental(i)%at == at_layers, &
                                elemental(i)%dimension, elemental(i)%meaning), i=1, n_element_fields), &
-               result_field_t('error', '', on_elements, .false., error_entry, .false., .false., 'sqrt(force length)', &
-                              'estimated: root of the energy of the error of the mesh in the element'), &
+               around('error', 'sqrt(force length)', &
+                      'estimated: root of the energy of the error of the mesh in the element'), &
                whole('volume', 'length^3', &
                      'between the pressurised elements and the origin of their pressure'), &
                whole('energy', 'force length', &
@@ -49,6 +49,15 @@ contains
                whole('relative_error', '-', &
                      'estimated, of the mesh in the energy norm: root of the sum of error^2 over that of the energy')]
    end function result_fields
+
+   !> A number of each element, made of its surroundings.
+   pure function around(name, dimension, meaning) result(field)
+      character(len=*), intent(in) :: name, dimension, meaning
+      type(result_field_t) :: field
+      field = whole(name, dimension, meaning)
+      field%on = on_elements
+      field%entry = error_entry
+   end function around
 
    !> A number of the whole structure.
    pure function whole(name, dimension, meaning) result(field)

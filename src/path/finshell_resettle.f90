@@ -19,8 +19,8 @@ module finshell_resettle
 contains
 
    !> Iterate from `state` to equilibrium: at its load factor or, where the step prescribes a displacement or a volume, at
-   !> `value` of that. Newton's method as the step asks for it, then plain, then, under load, a descent. Errors: all have failed, or the step
-   !> cannot be watched; the problem is then in `state`.
+   !> `value` of that. Newton's method as the step asks for it, then plain, then, under load, a descent. Errors: all have failed,
+   !> or the step cannot be watched; the problem is then in `state`.
    subroutine resettle(problem, step, state, value, record, error)
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step

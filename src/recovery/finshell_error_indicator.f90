@@ -16,7 +16,7 @@ module finshell_error_indicator
    use finshell_state, only: linear_change_t, moved_state, small_part, state_t
    use finshell_status, only: status_ok
    use finshell_strain_batch, only: element_strains_t, recover_strains, strain_points
-   use finshell_strain_patch, only: new_surroundings, smooth_strain, surroundings_t
+   use finshell_strain_patch, only: n_strains, new_surroundings, smooth_strain, surroundings_t
    implicit none
    private
    public :: indicator_t, goal_t, estimate_error, estimate_goal_error, monitor_gradient
@@ -185,8 +185,8 @@ contains
       if (present(stiff)) with_stiffness = stiff
       associate (structure => problem%structure)
          n = size(structure%mesh%triangles, 2)
-         allocate (strains%axes(3, 2, n), strains%area(n), strains%energy(n), strains%strain(6, 3, n), strains%missing(n))
-         if (with_stiffness) allocate (strains%stiffness(6, 6, n))
+         allocate (strains%axes(3, 2, n), strains%area(n), strains%energy(n), strains%strain(n_strains, 3, n), strains%missing(n))
+         if (with_stiffness) allocate (strains%stiffness(n_strains, n_strains, n))
          do s = 1, size(structure%sections)
             list = pack([(i, i=1, n)], structure%element_section == s)
             if (size(list) == 0) cycle
@@ -210,38 +210,52 @@ contains
 
    !> The matrix with its eigenvalues made positive, where some are not.
    pure function definite(k) result(d)
-      real(wp), intent(in) :: k(6, 6)
-      real(wp) :: d(6, 6)
-      real(dp) :: v(6, 6), w(6), scale(6), work(60)
-      integer :: i, info
+      real(wp), intent(in) :: k(n_strains, n_strains)
+      real(wp) :: d(n_strains, n_strains)
+      real(wp) :: scale(n_strains)
+      integer :: i
       d = k
       if (is_definite(k)) return
+      if (.not. any(abs(k(:3, 4:)) > 0)) then
+         if (.not. is_definite(k(:3, :3))) d(:3, :3) = positive(k(:3, :3))
+         if (any(abs(k(4:, 4:)) > 0)) d(4:, 4:) = positive(k(4:, 4:)) ! membranes have none
+         return
+      end if
       ! membrane and bending have their own units
       scale(:3) = 1/sqrt(max(maxval(abs(k(:3, :3))), tiny(1.0_wp)))
       scale(4:) = 1/sqrt(max(maxval(abs(k(4:, 4:))), tiny(1.0_wp)))
-      do i = 1, 6
-         v(:, i) = k(:, i)*scale*scale(i)
+      do i = 1, n_strains
+         d(:, i) = k(:, i)*scale*scale(i)
       end do
-      call dsyev('V', 'U', 6, v, 6, w, work, size(work), info)
-      if (info /= 0) return
-      d = matmul(v*spread(abs(w), 1, 6), transpose(v))
-      do i = 1, 6
+      d = positive(d)
+      do i = 1, n_strains
          d(:, i) = d(:, i)/(scale*scale(i))
       end do
    end function definite
 
+   pure function positive(k) result(d)
+      real(wp), intent(in) :: k(:, :)
+      real(wp) :: d(size(k, 1), size(k, 1))
+      real(dp) :: v(size(k, 1), size(k, 1)), w(size(k, 1)), work(3*size(k, 1))
+      integer :: info
+      v = k
+      call dsyev('V', 'U', size(w), v, size(w), w, work, size(work), info)
+      d = k
+      if (info == 0) d = matmul(v*spread(abs(w), 1, size(w)), transpose(v))
+   end function positive
+
    !> By Cholesky's factorisation.
    pure logical function is_definite(k)
-      real(wp), intent(in) :: k(6, 6)
-      real(wp) :: l(6, 6), d
+      real(wp), intent(in) :: k(:, :)
+      real(wp) :: l(size(k, 1), size(k, 1)), d
       integer :: i, j
       is_definite = .false.
       l = 0
-      do j = 1, 6
+      do j = 1, size(k, 1)
          d = k(j, j) - sum(l(j, :j - 1)**2)
          if (.not. d > 0) return
          l(j, j) = sqrt(d)
-         do i = j + 1, 6
+         do i = j + 1, size(k, 1)
             l(i, j) = (k(i, j) - dot_product(l(i, :j - 1), l(j, :j - 1)))/l(j, j)
          end do
       end do
@@ -270,18 +284,18 @@ contains
       real(wp), allocatable, intent(out) :: defect(:, :, :) !< (6, 3, elements) component, point; 0 where strains are missing
       type(surroundings_t) :: surroundings
       real(wp), allocatable :: mean(:, :)
-      real(wp) :: points(3, 3), smooth(6, 3)
       logical, allocatable :: found(:)
+      real(wp) :: points(3, 3), smooth(n_strains, 3)
       integer :: e, n
       n = size(strains%area)
-      found = .not. strains%missing
       call new_surroundings(surroundings, problem%structure)
       mean = sum(strains%strain, 2)/3
-      allocate (defect(6, 3, n), source=0.0_wp)
+      found = .not. strains%missing
+      allocate (defect(n_strains, 3, n), source=0.0_wp)
       associate (mesh => problem%structure%mesh)
          !$omp parallel do private(points, smooth) schedule(static)
          do e = 1, n
-            if (strains%missing(e)) cycle
+            if (.not. found(e)) cycle
             points = matmul(mesh%coordinates(:, mesh%triangles(:, e)), strain_points) - spread(surroundings%centre(:, e), 2, 3)
             call smooth_strain(surroundings, mesh%triangles, strains%axes, mean, found, e, points, smooth)
             defect(:, :, e) = smooth - strains%strain(:, :, e)
@@ -299,7 +313,7 @@ contains
       integer :: p
       work = 0
       do p = 1, 3
-         work = work + strains%area(e)/6*dot_product(a(:, p, e), matmul(strains%stiffness(:, :, e), b(:, p, e)))
+         work = work + strains%area(e)/3*0.5_wp*dot_product(a(:, p, e), matmul(strains%stiffness(:, :, e), b(:, p, e)))
       end do
    end function product_of
 

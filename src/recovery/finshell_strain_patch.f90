@@ -11,7 +11,9 @@ module finshell_strain_patch
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: surroundings_t, new_surroundings, smooth_strain, turned_strain
+   public :: surroundings_t, new_surroundings, smooth_strain, turned_strain, n_strains
+
+   integer, parameter :: n_strains = 6 !< membrane strain and curvature: 11, 22, 2 12 each
 
    type :: surroundings_t
       integer, allocatable :: neighbour(:, :) !< (3, elements) across the side from node k to k + 1; 0: not smooth there
@@ -84,12 +86,13 @@ contains
       type(surroundings_t), intent(in) :: s
       integer, intent(in) :: triangles(:, :) !< (3, elements)
       real(wp), intent(in) :: axes(:, :, :) !< (3, 2, elements) of the strains
-      real(wp), intent(in) :: strain(:, :) !< (6, elements) membrane strain and curvature at the centroid: 11, 22, 2 12 each
+      real(wp), intent(in) :: strain(:, :) !< (n_strains, elements) at the centroid
       logical, intent(in) :: found(:) !< (elements) that have strains
       integer, intent(in) :: e
       real(wp), intent(in) :: points(3, 3) !< relative to the centroid, global (component, point)
-      real(wp), intent(out) :: smooth(6, 3) !< (component, point)
-      real(wp) :: at(2, most), value(6, most), weight(most), mean(6), middle(2), moment(3), slope(6, 2), right(6, 2)
+      real(wp), intent(out) :: smooth(n_strains, 3) !< (component, point)
+      real(wp) :: at(2, most), value(n_strains, most), weight(most), mean(n_strains), middle(2), moment(3)
+      real(wp) :: slope(n_strains, 2), right(n_strains, 2)
       real(wp) :: x(2), inverse(3), total
       integer :: list(most), i, m, n
 
@@ -169,9 +172,9 @@ contains
    !> in space.
    pure subroutine bring(s, axes, strain, e, j, at, value)
       type(surroundings_t), intent(in) :: s
-      real(wp), intent(in) :: axes(:, :, :), strain(6)
+      real(wp), intent(in) :: axes(:, :, :), strain(n_strains)
       integer, intent(in) :: e, j
-      real(wp), intent(out) :: at(2), value(6)
+      real(wp), intent(out) :: at(2), value(n_strains)
       real(wp) :: way(3)
       way = s%centre(:, j) - s%centre(:, e)
       at = matmul(way, axes(:, :, e))
@@ -183,8 +186,8 @@ contains
    pure function turned_strain(own, own_normal, axes, normal, strain) result(value)
       real(wp), intent(in) :: own(3, 2), axes(3, 2) !< (component, axis) unit vectors
       real(wp), intent(in) :: own_normal(3), normal(3)
-      real(wp), intent(in) :: strain(6) !< membrane strain and curvature: 11, 22, 2 12 each
-      real(wp) :: value(6)
+      real(wp), intent(in) :: strain(n_strains) !< membrane strain and curvature: 11, 22, 2 12 each
+      real(wp) :: value(n_strains)
       real(wp) :: a(2), c2, s2, cs, c
       integer :: k
       ! the first axis of its own after the rotation

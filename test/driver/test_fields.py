@@ -245,6 +245,25 @@ class Fields(unittest.TestCase):
         self.assertTrue(math.isnan(row["f2"]))
         self.assertRegex(printed, r"Missing in f2: \d+ values")
 
+    def test_estimated_error(self):
+        monitors = "&monitor name = 'relative' quantity = 'relative_error' /\n&monitor name = 'energy' quantity = 'energy' /\n" \
+            "&monitor name = 'part' quantity = 'error' node_set = 'corner_x0_y0' reduce = 'sum' /\n"
+        for step in ("&step load_factor = 1.0 tolerance = 'tight' /\n", "&step control = 'linear' /\n"):
+            text = BENT.split("&step")[0] + step
+            row, printed = self.table(text + monitors)
+            _, last = self.solve(text + "&output fields = 'error' /\n")
+            squares = (last["error"]**2).sum()
+            self.assertGreater(last["error"].min(), 0)
+            self.assertAlmostEqual(row["relative"] / math.sqrt(squares / (squares + row["energy"])), 1, delta=1e-4)
+            self.assertTrue(0.01 < row["relative"] < 0.5)
+            # an element or two at the corner
+            self.assertIn(True, [abs(row["part"] - sum(last["error"][:k])) < 1e-9 * row["part"] for k in (1, 2)])
+            said = float(re.search(r"Estimated relative error in energy norm: (\S+) %", printed).group(1))
+            self.assertAlmostEqual(said / (100 * row["relative"]), 1, delta=0.01)
+        # of paths it is always said, of linear steps if it is asked for
+        self.assertIn("Estimated relative error", self.table(BENT)[1])
+        self.assertNotIn("Estimated relative error", self.table(BENT.split("&step")[0] + "&step control = 'linear' /\n")[1])
+
     def test_readers_take_all_fields(self):
         try:
             from vtkmodules.util.numpy_support import vtk_to_numpy

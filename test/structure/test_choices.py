@@ -37,6 +37,8 @@ def field_rows(sources):
     for name, components, place, dimension, meaning in re.findall(r"field\('(\w+)', '([^']*)', at_(\w+), '([^']*)', \w+,\s*'([^']*)'",
                                                                   joined(sources["element/finshell_element_fields.f90"])):
         found.append((name, components, places[place], dimension, meaning))
+    for name, dimension, meaning in re.findall(r"around\('(\w+)', '([^']*)',\s*'([^']*)'", joined(sources["model/finshell_result_fields.f90"])):
+        found.append((name, "", "element", dimension, meaning))
     for name, dimension, meaning in re.findall(r"whole\('(\w+)', '([^']*)',\s*'([^']*)'", joined(sources["model/finshell_result_fields.f90"])):
         found.append((name, "", "structure", dimension, meaning))
     return ["| " + " | ".join([f"`'{name}'`", ", ".join(f"`'{c.strip()}'`" for c in components.split(",") if c.strip()), *rest]) + " |"
@@ -102,7 +104,7 @@ class Choices(unittest.TestCase):
         self.assertEqual(rows, field_rows(self.sources))
         number = sum(int(re.search(rf"{name} = (\d+)", self.sources[file]).group(1)) for file, name in
                      (("element/finshell_element_fields.f90", "n_element_fields"), ("model/finshell_node_fields.f90", "n_node_fields")))
-        self.assertEqual(len(rows), number + 2)
+        self.assertEqual(len(rows), number + 4)
 
     def test_every_list_is_seen(self):
         count = sum(len(choices(part, self.sources)) for part in PARTS)
