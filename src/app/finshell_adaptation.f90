@@ -33,7 +33,10 @@ module finshell_adaptation
 
    !> Part of the tolerance that a mesh aims at, and its bounds: a mesh that fails by little costs another as large as itself.
    real(wp), parameter :: first_aim = 0.7_wp, least_aim = 0.3_wp, most_aim = 0.9_wp
-   integer, parameter :: growth = 3 !< of the elements, beyond which a mesh is not cut again without another estimate
+   !> Growth of the elements beyond which a mesh is not cut again without another estimate: usually, and where the last cuts have
+   !> nearly held what they promised (the ratio of both).
+   integer, parameter :: usual_growth = 3, trusted_growth = 12
+   real(wp), parameter :: trusted = 0.75_wp
    real(wp), parameter :: cost_exponent = 1.2_wp !< of the time of a mesh over its elements
 
    !> What one mesh gave.
@@ -60,7 +63,7 @@ contains
       type(input_t) :: next
       type(state_t) :: state
       real(wp), allocatable :: weights(:)
-      real(wp) :: aim, promised, tolerance
+      real(wp) :: aim, held, promised, tolerance
       real(dp) :: before, now
       character(len=:), allocatable :: reason
       integer :: unit
@@ -81,8 +84,10 @@ contains
          reason = reason_to_end(input, result)
          if (reason /= '') exit
          ! cuts may promise more than they hold
-         if (promised > 0) aim = min(most_aim, max(least_aim, most_aim*promised/sum(weights)))
-         call refine(options, bisection, input, problem, weights, aim*tolerance, promised, next, state, error)
+         held = promised/sum(weights)
+         if (promised > 0) aim = min(most_aim, max(least_aim, most_aim*held))
+         call refine(options, bisection, input, problem, weights, aim*tolerance, &
+                     merge(trusted_growth, usual_growth, held > trusted), promised, next, state, error)
          if (allocated(error)) exit
          reason = reason_not_to_begin(input, size(bisection%side), result, now - before)
          if (reason /= '') exit
@@ -197,12 +202,13 @@ contains
 
    !> The next mesh and the state carried over to it. Where the estimate promises that one cut of an element is not enough its
    !> parts are cut at once, as long as the mesh does not grow too much for the estimate to be believed.
-   subroutine refine(options, bisection, input, problem, weights, tolerance, promised, next, state, error)
+   subroutine refine(options, bisection, input, problem, weights, tolerance, growth, promised, next, state, error)
       type(options_t), intent(in) :: options
       type(bisection_t), intent(inout) :: bisection
       type(input_t), intent(in) :: input
       type(equilibrium_t), intent(in) :: problem
       real(wp), intent(in) :: weights(:), tolerance
+      integer, intent(in) :: growth !< of the elements, beyond which parts are not cut again
       real(wp), intent(out) :: promised !< sum of the shares there
       type(input_t), intent(out) :: next
       type(state_t), intent(out) :: state
