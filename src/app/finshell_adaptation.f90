@@ -127,7 +127,7 @@ contains
          weights = indicator%eta**2
          tolerance = input%accuracy%target**2*(indicator%energy + indicator%total**2)
          result%estimate = indicator%relative
-         result%value = problem%state%load_factor
+         result%value = reporter%final(size(reporter%final))
          return
       end if
       associate (monitor => input%monitors(input%accuracy%monitor), mesh => input%structure%mesh)
@@ -215,12 +215,15 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(input_t) :: before
       real(wp), allocatable :: shares(:)
+      logical, allocatable :: chosen(:)
       next = input
       state = problem%state
       shares = weights
       do
+         chosen = worth_cutting(shares, tolerance)
+         if (size(shares) > size(weights) .and. size(shares) + 3*count(chosen) > input%accuracy%most_elements) exit
          before = next
-         call cut(bisection, before, worth_cutting(shares, tolerance))
+         call cut(bisection, before, chosen)
          call read_input(options%input, next, error, options%refine, bisection)
          if (allocated(error)) return
          state = carry_over(state, before%structure%mesh, turning_nodes(before%structure), bisection%ends, next%structure%mesh)

@@ -118,7 +118,8 @@ contains
       call move_alloc(parent, self%parent)
    end subroutine bisect
 
-   !> Edges to cut: those of the marked triangles that are not short, and the first side of every triangle that has one of them, until none is left.
+   !> Edges to cut: those of the marked triangles that are not short, and the first side of every triangle that has one of them,
+   !> until none is left.
    subroutine close_up(mesh, edges, side, marked, cut)
       type(mesh_t), intent(in) :: mesh
       type(edges_t), intent(in) :: edges
