@@ -298,7 +298,7 @@ contains
          call self%evaluate(state, self%last, .true., row, recovery)
          call self%write_fields(state, row, recovery, error)
       end if
-      if (self%estimates .and. self%last%increment > 0 .and. self%last%control /= control_linear &
+      if (self%mesh == 0 .and. self%last%increment > 0 .and. self%last%control /= control_linear &
           .and. self%last%control /= control_buckling) then
          call estimate_error(self%problem, state, indicator)
          self%relative_error = indicator%relative
