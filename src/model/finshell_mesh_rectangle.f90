@@ -70,7 +70,7 @@ contains
       end do
       call new_mesh(mesh, x, grid%triangles)
       call add_grid_sets(mesh, grid, sides)
-      mesh%surface = surface_t(surface_flat, [real(wp) ::])
+      mesh%surface%kind = surface_flat
       if (.not. warped(corners)) return
       mesh%surface = surface_t(surface_bilinear, reshape(corners, [12]))
       allocate (mesh%normal, source=x)

@@ -14,7 +14,7 @@ module finshell_surface
 
    type :: surface_t
       integer :: kind = surface_none
-      !> flat: radii of the circles; cone: d radius/dy; paraboloid: curvatures k1, k2, k12; strip: turn over length;
+      !> flat: radii of the circles, unallocated: none; cone: d radius/dy; paraboloid: curvatures k1, k2, k12; strip: turn over length;
       !> bilinear: the corners, counterclockwise
       real(wp), allocatable :: numbers(:)
       real(wp) :: scale = 1 !< coordinates are those of the numbers times this
@@ -36,11 +36,13 @@ contains
       x = 0.5_wp*(a(:, 1) + a(:, 2))
       select case (self%kind)
       case (surface_flat)
-         do k = 1, size(self%numbers)
-            associate (r => self%numbers(k))
-               if (boundary .and. all(abs(norm2(a(:2, :), dim=1) - r) < near*r)) x(:2) = r*x(:2)/norm2(x(:2))
-            end associate
-         end do
+         if (boundary .and. allocated(self%numbers)) then
+            do k = 1, size(self%numbers)
+               associate (r => self%numbers(k))
+                  if (all(abs(norm2(a(:2, :), dim=1) - r) < near*r)) x(:2) = r*x(:2)/norm2(x(:2))
+               end associate
+            end do
+         end if
       case (surface_cone)
          across = a([1, 3], 1)/norm2(a([1, 3], 1)) + a([1, 3], 2)/norm2(a([1, 3], 2))
          x([1, 3]) = across/norm2(across)*0.5_wp*sum(norm2(a([1, 3], :), dim=1))
