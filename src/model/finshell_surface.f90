@@ -14,8 +14,8 @@ module finshell_surface
 
    type :: surface_t
       integer :: kind = surface_none
-      !> flat: radii of the circles, unallocated: none; cone: d radius/dy; paraboloid: curvatures k1, k2, k12; strip: turn over length;
-      !> bilinear: the corners, counterclockwise
+      !> flat: radii of the circles, unallocated: none; cone: d radius/dy; paraboloid: curvatures k1, k2, k12; strip: turn over
+      !> length; bilinear: the corners, counterclockwise
       real(wp), allocatable :: numbers(:)
       real(wp) :: scale = 1 !< coordinates are those of the numbers times this
    end type surface_t
