@@ -114,12 +114,10 @@ contains
       type(indicator_t) :: indicator
       type(goal_t) :: goal
       real(wp), allocatable :: gradient(:)
-      logical :: linear
 
-      linear = all(input%steps%control == control_linear)
       tolerance = 0
       if (input%accuracy%monitor == 0) then
-         if (linear) then
+         if (is_linear(input)) then
             call estimate_error(problem, problem%state, indicator, reporter%change)
          else
             call estimate_error(problem, problem%state, indicator)
@@ -132,7 +130,7 @@ contains
       end if
       associate (monitor => input%monitors(input%accuracy%monitor), mesh => input%structure%mesh)
          call monitor_gradient(problem, mesh%node_sets(find_node_set(mesh, monitor%node_set))%members, monitor%component, gradient)
-         if (linear) then
+         if (is_linear(input)) then
             call estimate_goal_error(problem, gradient, goal, error, reporter%change)
          else
             call estimate_goal_error(problem, gradient, goal, error)
@@ -144,6 +142,12 @@ contains
          result%estimate = abs(monitor%factor)*goal%bound/max(abs(result%value), tiny(result%value))
       end associate
    end subroutine judge
+
+   !> Are all steps linear?
+   pure logical function is_linear(input)
+      type(input_t), intent(in) :: input
+      is_linear = all(input%steps%control == control_linear)
+   end function is_linear
 
    !> Why this mesh is the last: '' if it is not.
    function reason_to_end(input, result) result(reason)
@@ -226,7 +230,10 @@ contains
          call cut(bisection, before, chosen)
          call read_input(options%input, next, error, options%refine, bisection)
          if (allocated(error)) return
-         state = carry_over(state, before%structure%mesh, turning_nodes(before%structure), bisection%ends, next%structure%mesh)
+         associate (old => before%structure)
+            if (.not. is_linear(input)) &
+               state = carry_over(state, old%mesh, turning_nodes(old), bisection%ends, next%structure%mesh)
+         end associate
          shares = shares_of_parts(shares, bisection%parent)
          promised = sum(shares)
          if (promised <= tolerance .or. size(shares) > growth*size(weights)) exit
@@ -256,7 +263,7 @@ contains
       if (.not. allocated(error)) call new_equilibrium(problem, input%structure, error)
       if (.not. allocated(error)) call reporter%change_mesh(input%text, error)
       if (allocated(error)) return
-      if (.not. all(input%steps%control == control_linear)) then
+      if (.not. is_linear(input)) then
          call hold_supports(problem%equations, state)
          call resettle(problem, input%steps(size(input%steps)), state, value, record, failure)
          path%iterations = path%iterations + record%iterations

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """&accuracy: meshes refined until the estimate meets the target: linear and nonlinear jobs, controls, files, limits, what is refused."""
 import csv
+import math
 import os
 import subprocess
 import tempfile
@@ -103,6 +104,45 @@ class Accuracy(unittest.TestCase):
         self.run_text(DISK.format(step="&step /"), "-q", "--refine", "3")
         fine = float(self.rows("history")[-1]["w"])
         self.assertAlmostEqual(float(ends["load"]["w"]) / fine, 1, delta=0.03)
+
+    def test_moved_supports(self):
+        """A strip rolled up by turning its end: new nodes of the edge turn as it does, and the end comes to lie on the circle."""
+        self.run_text("""&mesh generator = 'rectangle' lengths = 10, 1 divisions = 8, 1 /
+&material name = 'm' law = 'linear_elastic' e = 1e6 nu = 0 /
+&section thickness = 0.1 /
+&support node_set = 'edge_x0' type = 'clamped' /
+&support node_set = 'edge_x1' rx = 0 ry = -3.0 rz = 0 /
+&step /
+&monitor name = 'turn' quantity = 'rotation' component = 'y' node_set = 'edge_x1' reduce = 'max' /
+&monitor name = 'x' quantity = 'displacement' component = 'x' node_set = 'edge_x1' /
+&monitor name = 'z' quantity = 'displacement' component = 'z' node_set = 'edge_x1' /
+&accuracy target = 1e-6 most_meshes = 4 /
+""")
+        rows = [row for row in self.rows("history") if float(row["mesh"]) > 1]
+        self.assertEqual(len(rows), 3)
+        for row in rows:
+            self.assertAlmostEqual(float(row["turn"]), -3.0, delta=1e-12)
+        self.assertAlmostEqual(float(rows[-1]["x"]), 10 * math.sin(3) / 3 - 10, delta=0.02)
+        self.assertAlmostEqual(float(rows[-1]["z"]), 10 * (1 - math.cos(3)) / 3, delta=0.02)
+
+    def test_membranes(self):
+        """Nodes without rotations, sheets that wrinkle: the blown-up disk on refined meshes and on a fine one."""
+        text = """&mesh generator = 'disk' radius = 1 rings = 4 /
+&material name = 'm' law = 'neo_hookean' mu = 1.0e3 /
+&section thickness = 0.01 type = 'membrane' wrinkling = .true. /
+&support node_set = 'rim' fixed = 'ux', 'uy', 'uz' /
+&support node_set = 'edge_x0' fixed = 'ux' /
+&support node_set = 'edge_y0' fixed = 'uy' /
+&load type = 'pressure' pressure = 10 /
+&step /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'centre' /
+"""
+        self.run_text(text + "&accuracy target = 5e-4 monitor = 'w' /\n", "-q")
+        rows = self.rows("history")
+        self.assertGreaterEqual(float(rows[-1]["mesh"]), 3)
+        self.assertLess(sum(float(row["mesh"]) > 1 for row in rows), float(rows[-1]["mesh"]))
+        self.run_text(text, "-q", "--refine", "3")
+        self.assertAlmostEqual(float(rows[-1]["w"]) / float(self.rows("history")[-1]["w"]), 1, delta=2e-3)
 
     def test_path_anew(self):
         """Where the state carried over leads nowhere the path is run on the new mesh, and that is said."""
