@@ -55,7 +55,7 @@ GLANCE = {"sze31": "16x1", "sze32": "32x1", "sze33": "10x80", "sze34": "16x16", 
           "inflated_sphere_neo_hookean": "24x24", "fibre_arc_axial": "24x1", "fibre_arc_circumferential": "24x1", "scordelis_lo": "16x16", "pinched_cylinder": "16x16",
           "pinched_hemisphere": "16x16", "twisted_beam_thin_y": "12x2", "twisted_beam_thin_z": "12x2", "hypar_1e-2": "16x16", "hypar_1e-3": "16x16", "hypar_1e-4": "16x16",
           "hemisphere_1e3": "16x16", "hemisphere_1e4": "16x16", "heavy_elastica": "32x1", "cylinder_line_load": "32x16", "rubber_cone": "40x2", "sze32_three_turns": "48x1",
-          "le1": "16x16", "le3": "8x8", "le5": "40x16", "cook": "8x8", "patch_membrane": "4x4", "patch_bending": "4x4"}
+          "le1": "16x16", "sheet_with_hole": "16x12", "le3": "8x8", "le5": "40x16", "cook": "8x8", "patch_membrane": "4x4", "patch_bending": "4x4"}
 
 CASES = [
     Case("sze31", "Cantilever under an end shear force (Sze, Liu & Lo 3.1)", {"8x1": "8, 1", "16x1": "16, 1", "32x1": "32, 1"}, ("U", "W", "U_table", "W_table"),
@@ -147,6 +147,8 @@ CASES = [
       for t, aim in (("1e-2", ""), ("1e-3", "16x16: at least 0.97 of the deflection"), ("1e-4", "16x16: at least 0.9 of the deflection"))],
     Case("le1", "NAFEMS LE1, elliptic plate, linear", SQUARES, ("sigma_yy",), builder="le1",
          note="The stress is the mean of the elements that touch the point; their centroids lie a third of a cell inside, which is most of the error."),
+    Case("sheet_with_hole", "Stretched sheet with a hole, linear", {"16x12": "16, 12", "32x24": "32, 24", "64x48": "64, 48"}, ("peak",),
+         note="The stress is the mean of the elements that touch the point, as in LE1."),
     Case("le3", "NAFEMS LE3, hemisphere under point loads, linear", SQUARES, ("u",), curved=("8x8",)),
     Case("le5", "NAFEMS LE5, Z section, linear", {"20x8": "20, 8", "40x16": "40, 16", "80x32": "80, 32"}, ("sigma_xx",), builder="le5",
          note="The stress is the mean of the elements that touch the point, as in LE1. All parts are flat: curved references change nothing, to the last bit."),

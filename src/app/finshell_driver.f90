@@ -1,16 +1,16 @@
 !> The program: command line, then input -> model -> path -> results.
 module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use finshell_adaptation, only: adapt
+   use finshell_bisection, only: bisection_t
+   use finshell_job, only: follow_steps
    use finshell_kinds, only: dp, wp
    use finshell_effort_report, only: print_effort
    use finshell_disk, only: write_failures_return
    use finshell_blas_threads, only: to_openmp
-   use finshell_buckling, only: solve_buckling
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, text_of
-   use finshell_frequencies, only: solve_frequencies
    use finshell_input, only: input_t, read_input
-   use finshell_linear_step, only: solve_linear
    use finshell_monitoring, only: slack_share
    use finshell_options, only: exit_incomplete, exit_input, exit_ok, options_t, print_help, read_command_line
    use finshell_path, only: path_t
@@ -19,7 +19,7 @@ module finshell_driver
    use finshell_rung, only: watch_rung, write_rung
    use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
-   use finshell_step, only: control_linear, control_buckling, control_frequencies
+   use finshell_step, only: control_frequencies
    use finshell_study, only: study
    use finshell_team, only: agree, leads, shared, team_t
    use finshell_thread_choice, only: choose_threads
@@ -68,6 +68,7 @@ contains
       type(path_t) :: path
       type(reporter_t), target :: reporter
       type(speaker_t) :: speaker
+      type(bisection_t) :: bisection
       type(error_t), allocatable :: error, late
       real(wp), allocatable :: levels(:)
       logical :: speaks
@@ -77,13 +78,19 @@ contains
       speaks = leads(options%team)
       call to_openmp()
       call write_failures_return()
-      call read_input(options%input, input, error, options%refine)
+      call read_input(options%input, input, error, options%refine, bisection)
       call agree(options%team, error)
       if (complain(error, speaks)) return
       if (allocated(options%rung)) then
          call end_with_parent()
          input%name = options%rung
          call watch_rung(input)
+         if (allocated(input%accuracy)) deallocate (input%accuracy) ! a study refines as a whole
+      end if
+      if (allocated(input%accuracy) .and. associated(options%team)) then
+         if (speaks) write (error_unit, '(a)') 'finshell: '//input%file//':'//text_of(input%accuracy%line) &
+            //': &accuracy: meshes are refined in one process: take finshell, not finshell_mpi'
+         return
       end if
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call choose_solver(input, shared(options%team), problem%solver%options, error)
@@ -117,24 +124,14 @@ contains
          levels = [levels, input%steps(i)%final_load_factor]
       end do
       reporter%quiet = options%quiet
+      if (allocated(input%accuracy)) reporter%mesh = 1
       if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
       call agree(options%team, error)
       if (complain(error, speaks)) return
       call speaker%take(reporter, options%team)
-      do i = 1, size(input%steps)
-         call reporter%begin_step()
-         select case (input%steps(i)%control)
-         case (control_linear)
-            call solve_linear(problem, input%steps(i), speaker, error)
-         case (control_buckling)
-            call solve_buckling(problem, input%steps(i), speaker, error)
-         case (control_frequencies)
-            call solve_frequencies(problem, input%steps(i), speaker, error)
-         case default
-            call path%follow(problem, input%steps(i), speaker, error)
-         end select
-         if (allocated(error)) exit
-      end do
+      call follow_steps(input%steps, problem, path, reporter, speaker, error)
+      if (allocated(input%accuracy) .and. .not. allocated(error)) &
+         call adapt(options, bisection, input, problem, path, reporter, speaker, error)
       if (speaks) call reporter%finish(problem%state, late)
       if (.not. allocated(error) .and. allocated(late)) call move_alloc(late, error)
       if (allocated(options%rung) .and. allocated(reporter%final)) call write_rung(options%folder//options%rung//'.rung', &

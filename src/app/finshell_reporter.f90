@@ -6,6 +6,7 @@ module finshell_reporter
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_error, only: error_t, raise
+   use finshell_increment_lines, only: show_event, show_increment, show_snap, show_vibration
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
    use finshell_mode_table, only: mode_table_t
@@ -17,7 +18,6 @@ module finshell_reporter
    use finshell_result_fields, only: error_entry, find_field
    use finshell_results, only: results_file_t
    use finshell_stability, only: no_event
-   use finshell_screen, only: show_event, show_increment, show_snap, show_vibration
    use finshell_state, only: state_t, linear_change_t
    use finshell_status, only: status_io_error
    use finshell_storage, only: storage_t
@@ -64,12 +64,17 @@ module finshell_reporter
       !> Monitors and load factor of the last increment, of the first mode of a buckling step; NaN where they are missing.
       real(wp), allocatable :: final(:)
       logical :: fresh = .true. !< a step begins
+      integer :: mesh = 0 !< number of the present one where there are several (a column of the history)
+      type(linear_change_t), allocatable :: change !< of the last linear step
    contains
       procedure :: open => open_reports
       procedure :: increment
       procedure :: finish
       procedure :: begin_step
+      procedure :: change_mesh
       procedure, private :: create_files
+      procedure, private :: create_results
+      procedure, private :: find_watches
       procedure, private :: evaluate
       procedure, private :: write_fields
       procedure, private :: count_gaps
@@ -87,23 +92,15 @@ contains
       type(output_t), intent(in) :: output
       real(wp), intent(in) :: levels(:)
       type(error_t), allocatable, intent(out) :: error
-      type(name_t), allocatable :: names(:)
       type(error_t), allocatable :: ignored
       character(len=:), allocatable :: reason
-      integer :: i
 
       self%base_name = base_name
       self%problem => problem
       self%monitors = monitors
       self%output = output
       self%levels = levels
-      allocate (self%watches(size(monitors)), names(size(monitors)))
-      do i = 1, size(monitors)
-         call new_watch(self%watches(i), monitors(i), problem%structure%mesh)
-         names(i)%text = monitors(i)%name
-      end do
-      self%watched_elements = watched_elements(self%watches, size(problem%structure%mesh%triangles, 2))
-      self%watched_entries = watched_entries(self%watches)
+      call self%find_watches()
       self%cell_entries = cell_entries(output)
       self%estimates = any(self%cell_entries == error_entry) .or. any(self%watched_entries == error_entry) &
          .or. any(monitors%quantity == find_field('relative_error'))
@@ -116,7 +113,7 @@ contains
       end if
       call remove_in_system(base_name//'.vtkhdf~live') ! of a run that was killed
       call remove_in_system(base_name//'.vtkhdf~copy')
-      call self%create_files(input_text, names, error)
+      call self%create_files(input_text, error)
       if (.not. allocated(error)) call self%history%publish(base_name//'.history.csv', error)
       if (.not. allocated(error) .and. output%fields) call self%results%publish(error)
       if (.not. allocated(error)) return
@@ -129,30 +126,75 @@ contains
    end subroutine open_reports
 
    !> Create all files under other names.
-   subroutine create_files(self, input_text, names, error)
+   subroutine create_files(self, input_text, error)
       class(reporter_t), intent(inout) :: self
       character(len=*), intent(in) :: input_text
-      type(name_t), intent(in) :: names(:) !< of the monitors
       type(error_t), allocatable, intent(out) :: error
-      type(recovery_t) :: recovery
-      type(increment_t) :: row
 
       call check_replaceable(self%base_name//'.history.csv', error)
       if (self%output%fields .and. .not. allocated(error)) call check_replaceable(self%base_name//'.vtkhdf', error)
       if (self%output%fields .and. .not. allocated(error)) call check_replaceable(self%base_name//'.xdmf', error)
       if (allocated(error)) return
-      call self%history%create(self%base_name//'~.history.csv', names, error)
-      if (allocated(error) .or. .not. self%output%fields) return
+      call self%history%create(self%base_name//'~.history.csv', column_names(self), error)
+      if (.not. allocated(error) .and. self%output%fields) call self%create_results(input_text, error)
+   end subroutine create_files
+
+   !> The result file of the present mesh, with the state of the problem, which is unloaded.
+   subroutine create_results(self, input_text, error)
+      class(reporter_t), intent(inout) :: self
+      character(len=*), intent(in) :: input_text
+      type(error_t), allocatable, intent(out) :: error
+      type(recovery_t) :: recovery
+      type(increment_t) :: row
       call self%evaluate(self%problem%state, record_t(negative_pivots=0), .true., row, recovery)
       associate (mesh => self%problem%structure%mesh)
          call self%results%create(self%base_name//'~.vtkhdf', version, input_text, mesh%coordinates, mesh%triangles, &
                                   point_fields(self%problem, self%problem%state, self%output), &
-                                  cell_fields(self%output, recovery), names, self%output%restart, error, &
+                                  cell_fields(self%output, recovery), column_names(self), self%output%restart, error, &
                                   published_as=self%base_name//'.vtkhdf', &
                                   storage=storage_t(self%output%compress, self%output%single))
       end associate
       if (.not. allocated(error)) call self%write_fields(self%problem%state, row, recovery, error)
-   end subroutine create_files
+   end subroutine create_results
+
+   !> Names of the monitors as columns, and that of the mesh where there are several.
+   pure function column_names(self) result(names)
+      class(reporter_t), intent(in) :: self
+      type(name_t), allocatable :: names(:)
+      integer :: i
+      allocate (names(size(self%monitors)))
+      do i = 1, size(names)
+         names(i)%text = self%monitors(i)%name
+      end do
+      if (self%mesh > 0) names = [names, name_t('mesh')]
+   end function column_names
+
+   !> Look up what the monitors watch in the mesh.
+   subroutine find_watches(self)
+      class(reporter_t), intent(inout) :: self
+      integer :: i
+      if (allocated(self%watches)) deallocate (self%watches)
+      allocate (self%watches(size(self%monitors)))
+      do i = 1, size(self%monitors)
+         call new_watch(self%watches(i), self%monitors(i), self%problem%structure%mesh)
+      end do
+      self%watched_elements = watched_elements(self%watches, size(self%problem%structure%mesh%triangles, 2))
+      self%watched_entries = watched_entries(self%watches)
+   end subroutine find_watches
+
+   !> Go on with another mesh, which the problem has already, unloaded: the result file begins anew, the history goes on.
+   subroutine change_mesh(self, input_text, error)
+      class(reporter_t), intent(inout) :: self
+      character(len=*), intent(in) :: input_text
+      type(error_t), allocatable, intent(out) :: error
+      self%mesh = self%mesh + 1
+      call self%find_watches()
+      self%last = record_t()
+      if (.not. self%output%fields) return
+      call self%results%close(error)
+      if (.not. allocated(error)) call self%create_results(input_text, error)
+      if (.not. allocated(error)) call self%results%publish(error)
+   end subroutine change_mesh
 
    !> An older file may be replaced if it may be written to.
    subroutine check_replaceable(name, error)
@@ -202,13 +244,14 @@ contains
          call self%count_gaps(self%monitors(i)%name, row%missing(i:i))
       end do
       if (self%fresh .or. .not. is_mode(record%control)) &
-         self%final = [(monitor_value(row, i), i=1, size(row%monitors)), record%load_factor]
+         self%final = [(monitor_value(row, i), i=1, size(self%watches)), record%load_factor]
       self%fresh = .false.
       if ((record%stands_in .neqv. self%stands_in) .and. .not. self%quiet) write (output_unit, '(5x,a)') trim(merge( &
          'arc-length stands in from here: what the step prescribes turns round  ', &
          'the control of the step takes over again                              ', record%stands_in))
       self%stands_in = record%stands_in
-      if (.not. self%quiet) call show_increment(record, self%monitors, [(monitor_value(row, i), i=1, size(row%monitors))])
+      if (.not. self%quiet) call show_increment(record, record%increment == 1 .and. self%mesh <= 1, self%monitors, &
+                                                [(monitor_value(row, i), i=1, size(self%watches))])
       if (record%control == control_frequencies) then
          if (.not. self%quiet) call show_vibration(record%vibration)
          associate (v => record%vibration)
@@ -248,6 +291,7 @@ contains
          if (.not. self%quiet) call show_snap(record)
       end if
       self%last = record
+      if (present(change)) self%change = change
       if (with_fields) call self%write_fields(state, row, recovery, error, change)
    end subroutine increment
 
@@ -264,7 +308,7 @@ contains
          call self%evaluate(state, self%last, .true., row, recovery)
          call self%write_fields(state, row, recovery, error)
       end if
-      if (self%last%increment > 0 .and. .not. leaves_state(self%last%control)) then
+      if (self%mesh == 0 .and. self%last%increment > 0 .and. .not. leaves_state(self%last%control)) then
          call estimate_error(self%problem, state, indicator)
          self%relative_error = indicator%relative
       end if
@@ -297,6 +341,9 @@ contains
       row%critical_point = record%event + merge(10, 0, record%located)
       allocate (row%monitors(size(self%watches)), row%missing(size(self%watches)))
       call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change)
+      if (self%mesh == 0) return
+      row%monitors = [row%monitors, real(self%mesh, wp)]
+      row%missing = [row%missing, .false.]
    end subroutine evaluate
 
    subroutine write_fields(self, state, row, recovery, error, change)

@@ -1,67 +1,96 @@
-!> Where a refined mesh comes from: the mesh before, whose every triangle became `cuts**2` triangles in a row.
+!> Where a refined mesh comes from: the elements, edges and nodes of the mesh before, and what of the refined one lies on them.
 !>
-!> Nodes of the mesh before keep their numbers; behind them come those on its edges, then those inside its triangles.
+!> Nodes of the mesh before keep their numbers. Each new one lies on an edge of the mesh before or inside of an element.
 module finshell_lineage
-   use finshell_edges, only: edges_t
+   use finshell_edges, only: edges_t, find_edge, new_edges
+   use finshell_kinds, only: wp
    implicit none
    private
-   public :: lineage_t, edge_node, inner_node, node_count, parent_element, children_of
-   public :: inherited_nodes, inherited_by_place
+   public :: lineage_t, unrefined, node_count, parent_element, children_of, nodes_of_edges
+   public :: inherited_nodes, inherited_by_place, add_middles
 
    type :: lineage_t
-      integer :: cuts = 1 !< parts of every side
       integer :: nodes = 0 !< of the mesh before
       integer, allocatable :: triangles(:, :) !< (3, elements before)
       type(edges_t) :: edges !< of the mesh before
+      integer, allocatable :: parent(:) !< (elements) element before that it is part of
+      integer, allocatable :: edge(:) !< (new nodes) edge before that it lies on, or 0
+      real(wp), allocatable :: share(:) !< (new nodes) of the way from the first to the second node of that edge
+      integer, allocatable :: element(:) !< (new nodes) where `edge` is 0: element before that it lies in
    end type lineage_t
 
 contains
 
-   !> Node number `s` (1 to cuts - 1) of edge `i`, from its first node to its second.
-   elemental integer function edge_node(lineage, i, s)
-      type(lineage_t), intent(in) :: lineage
-      integer, intent(in) :: i, s
-      edge_node = lineage%nodes + (i - 1)*(lineage%cuts - 1) + s
-   end function edge_node
-
-   !> Node inside of element `e` at a, b > 0, a + b < cuts parts from its first node towards its second and third.
-   elemental integer function inner_node(lineage, e, a, b)
-      type(lineage_t), intent(in) :: lineage
-      integer, intent(in) :: e, a, b
-      associate (m => lineage%cuts)
-         inner_node = lineage%nodes + size(lineage%edges%nodes, 2)*(m - 1) + (e - 1)*((m - 1)*(m - 2)/2) &
-            + (a - 1)*(m - 2) - (a - 1)*(a - 2)/2 + b
-      end associate
-   end function inner_node
+   !> The lineage of a mesh that is not refined.
+   pure subroutine unrefined(lineage, nodes, triangles)
+      type(lineage_t), intent(out) :: lineage
+      integer, intent(in) :: nodes
+      integer, intent(in) :: triangles(:, :)
+      integer :: e
+      lineage%nodes = nodes
+      lineage%triangles = triangles
+      call new_edges(lineage%edges, triangles)
+      lineage%parent = [(e, e=1, size(triangles, 2))]
+      allocate (lineage%edge(0), lineage%share(0), lineage%element(0))
+   end subroutine unrefined
 
    !> Of the refined mesh.
-   elemental integer function node_count(lineage)
+   pure integer function node_count(lineage)
       type(lineage_t), intent(in) :: lineage
-      associate (m => lineage%cuts)
-         node_count = lineage%nodes + size(lineage%edges%nodes, 2)*(m - 1) + size(lineage%triangles, 2)*((m - 1)*(m - 2)/2)
-      end associate
+      node_count = lineage%nodes + size(lineage%edge)
    end function node_count
 
    !> Element of the mesh before that a refined one is part of.
    elemental integer function parent_element(lineage, e)
       type(lineage_t), intent(in) :: lineage
       integer, intent(in) :: e
-      parent_element = (e - 1)/lineage%cuts**2 + 1
+      parent_element = lineage%parent(e)
    end function parent_element
 
-   !> Parts of some elements of the mesh before, ascending if they are.
+   !> Parts of some elements of the mesh before, ascending.
    pure function children_of(lineage, elements) result(children)
       type(lineage_t), intent(in) :: lineage
       integer, intent(in) :: elements(:)
       integer, allocatable :: children(:)
-      integer :: i, k
-      associate (parts => lineage%cuts**2)
-         allocate (children(parts*size(elements)))
-         do i = 1, size(elements)
-            children(parts*(i - 1) + 1:parts*i) = [(parts*(elements(i) - 1) + k, k=1, parts)]
-         end do
-      end associate
+      logical :: wanted(size(lineage%triangles, 2))
+      integer :: e
+      wanted = .false.
+      wanted(elements) = .true.
+      children = pack([(e, e=1, size(lineage%parent))], wanted(lineage%parent))
    end function children_of
+
+   !> New nodes on each edge before, from its first node to its second: of edge i they are list(first(i):first(i + 1) - 1).
+   pure subroutine nodes_of_edges(lineage, first, list)
+      type(lineage_t), intent(in) :: lineage
+      integer, allocatable, intent(out) :: first(:), list(:)
+      integer, allocatable :: filled(:)
+      integer :: i, k, n
+      n = size(lineage%edges%nodes, 2)
+      allocate (first(n + 1), source=0)
+      do i = 1, size(lineage%edge)
+         if (lineage%edge(i) > 0) first(lineage%edge(i) + 1) = first(lineage%edge(i) + 1) + 1
+      end do
+      first(1) = 1
+      do i = 1, n
+         first(i + 1) = first(i + 1) + first(i)
+      end do
+      allocate (list(first(n + 1) - 1), filled(n))
+      filled = 0
+      do i = 1, size(lineage%edge)
+         associate (edge => lineage%edge(i))
+            if (edge == 0) cycle
+            ! few nodes on an edge: put each in its place
+            k = first(edge) + filled(edge)
+            do while (k > first(edge))
+               if (lineage%share(list(k - 1) - lineage%nodes) < lineage%share(i)) exit
+               list(k) = list(k - 1)
+               k = k - 1
+            end do
+            list(k) = lineage%nodes + i
+            filled(edge) = filled(edge) + 1
+         end associate
+      end do
+   end subroutine nodes_of_edges
 
    !> Nodes of the refined mesh in a set that was named node by node: with two ends of an edge of the boundary, or of a line inside,
    !> its nodes; with three of an element in a region, all of it. (Three nodes at a corner of the boundary are no region.)
@@ -103,18 +132,59 @@ contains
       type(lineage_t), intent(in) :: lineage
       logical, intent(in) :: nodes(:), edges(:), elements(:)
       logical, allocatable :: chosen(:)
-      integer :: first, i, each
-      allocate (chosen(node_count(lineage)), source=.false.)
+      integer :: i
+      allocate (chosen(node_count(lineage)))
       chosen(:lineage%nodes) = nodes
-      each = lineage%cuts - 1
-      do i = 1, size(edges)
-         first = lineage%nodes + (i - 1)*each
-         chosen(first + 1:first + each) = edges(i)
-      end do
-      first = lineage%nodes + size(edges)*each
-      each = each*(lineage%cuts - 2)/2
-      do i = 1, size(elements)
-         chosen(first + (i - 1)*each + 1:first + i*each) = elements(i)
+      do i = 1, size(lineage%edge)
+         if (lineage%edge(i) > 0) then
+            chosen(lineage%nodes + i) = edges(lineage%edge(i))
+         else
+            chosen(lineage%nodes + i) = elements(lineage%element(i))
+         end if
       end do
    end function spread_out
+
+   !> Go on to a mesh with new nodes in the middle of some of the edges of the refined one.
+   pure subroutine add_middles(lineage, ends, elements)
+      type(lineage_t), intent(inout) :: lineage
+      integer, intent(in) :: ends(:, :) !< (2, new nodes) nodes of the refined mesh
+      integer, intent(in) :: elements(:) !< (new nodes) an element of the refined mesh at that edge
+      integer :: edge(size(elements)), i
+      real(wp) :: share(size(elements))
+      do i = 1, size(elements)
+         call place_middle(lineage, ends(:, i), edge(i), share(i))
+      end do
+      lineage%edge = [lineage%edge, edge]
+      lineage%share = [lineage%share, share]
+      lineage%element = [lineage%element, merge(lineage%parent(elements), 0, edge == 0)]
+   end subroutine add_middles
+
+   !> The edge before on which two nodes lie, 0 if there is none, and where their middle lies.
+   pure subroutine place_middle(lineage, ends, edge, share)
+      type(lineage_t), intent(in) :: lineage
+      integer, intent(in) :: ends(2)
+      integer, intent(out) :: edge
+      real(wp), intent(out) :: share
+      integer :: k, node
+      edge = 0
+      share = 0
+      if (all(ends <= lineage%nodes)) then
+         edge = find_edge(lineage%edges, ends(1), ends(2))
+         share = 0.5_wp
+         return
+      end if
+      edge = lineage%edge(maxval(ends) - lineage%nodes)
+      if (edge == 0) return
+      do k = 1, 2
+         node = ends(k)
+         if (node > lineage%nodes) then
+            if (lineage%edge(node - lineage%nodes) /= edge) exit
+            share = share + 0.5_wp*lineage%share(node - lineage%nodes)
+         else
+            if (all(lineage%edges%nodes(:, edge) /= node)) exit
+            if (lineage%edges%nodes(2, edge) == node) share = share + 0.5_wp
+         end if
+      end do
+      if (k <= 2) edge = 0
+   end subroutine place_middle
 end module finshell_lineage

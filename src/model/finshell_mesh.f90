@@ -8,6 +8,7 @@ module finshell_mesh
    use finshell_lineage, only: lineage_t
    use finshell_mesh_sorting, only: sorted_unique
    use finshell_rotation, only: cross_product
+   use finshell_surface, only: surface_t
    implicit none
    private
    public :: set_t, edge_set_t, mesh_t
@@ -35,6 +36,7 @@ module finshell_mesh
       type(edge_set_t), allocatable :: edge_sets(:)
       !> (3, nodes) normals of the surface, of any length, where the generator knows it to be curved; unallocated: not known.
       real(wp), allocatable :: normal(:, :)
+      type(surface_t) :: surface !< that of the generator
       !> Two nodes may share a position (the lips of a slit); otherwise check_mesh refuses them.
       logical :: coincident_nodes_allowed = .false.
       !> What the file calls nodes and elements, for messages; not allocated for generated meshes.

@@ -5,6 +5,7 @@ module finshell_mesh_annulus
    use finshell_status, only: status_input_error
    use finshell_mesh, only: mesh_t, new_mesh
    use finshell_mesh_grid, only: grid_t, new_grid, add_grid_sets, require_positive, snap_to_planes
+   use finshell_surface, only: surface_t, surface_flat
    implicit none
    private
    public :: annulus_mesh
@@ -59,6 +60,7 @@ contains
       end do
       call snap_to_planes(x)
       call new_mesh(mesh, x, grid%triangles)
+      mesh%surface = surface_t(surface_flat, radii)
       mesh%coincident_nodes_allowed = span >= 360.0_wp .and. .not. closed
       call add_grid_sets(mesh, grid, [character(len=5) :: 'a0', 'a1', 'outer', 'inner'])
    end subroutine annulus_mesh

@@ -5,6 +5,7 @@ module finshell_mesh_cylinder
    use finshell_status, only: status_input_error
    use finshell_mesh, only: mesh_t, new_mesh
    use finshell_mesh_grid, only: grid_t, new_grid, add_grid_sets, require_positive, snap_to_planes
+   use finshell_surface, only: surface_t, surface_cone
    implicit none
    private
    public :: cylinder_mesh, cone_mesh
@@ -71,6 +72,7 @@ contains
       end do
       call snap_to_planes(x)
       call new_mesh(mesh, x, grid%triangles)
+      mesh%surface = surface_t(surface_cone, [(radii(2) - radii(1))/length])
       mesh%normal = x
       mesh%normal(2, :) = norm2(x([1, 3], :), dim=1)*(radii(1) - radii(2))/length
       call add_grid_sets(mesh, grid, [character(len=2) :: 'a0', 'a1', 'y0', 'y1'])

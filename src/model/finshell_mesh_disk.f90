@@ -8,6 +8,7 @@ module finshell_mesh_disk
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_input_error
    use finshell_mesh, only: mesh_t, new_mesh, add_node_set, add_edge_set
+   use finshell_surface, only: surface_t, surface_flat
    use finshell_mesh_grid, only: require_positive, snap_to_planes
    implicit none
    private
@@ -133,6 +134,7 @@ contains
          end do
       end do
       call new_mesh(mesh, x, t)
+      mesh%surface = surface_t(surface_flat, [radius])
       call add_sets()
 
    contains

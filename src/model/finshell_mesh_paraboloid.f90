@@ -5,6 +5,7 @@ module finshell_mesh_paraboloid
    use finshell_status, only: status_input_error
    use finshell_mesh, only: mesh_t, new_mesh
    use finshell_mesh_grid, only: grid_t, new_grid, add_grid_sets, require_positive
+   use finshell_surface, only: surface_t, surface_paraboloid
    implicit none
    private
    public :: paraboloid_mesh
@@ -45,6 +46,7 @@ contains
          x(3, i) = 0.5_wp*(curvatures(1)*x(1, i)**2 + curvatures(2)*x(2, i)**2) + curvatures(3)*x(1, i)*x(2, i)
       end do
       call new_mesh(mesh, x, grid%triangles)
+      mesh%surface = surface_t(surface_paraboloid, curvatures)
       call add_grid_sets(mesh, grid, [character(len=2) :: 'x0', 'x1', 'y0', 'y1'])
       if (.not. any(abs(curvatures) > 0)) return
       allocate (mesh%normal, source=x)

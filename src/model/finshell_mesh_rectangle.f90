@@ -6,6 +6,7 @@ module finshell_mesh_rectangle
    use finshell_status, only: status_input_error
    use finshell_mesh, only: mesh_t, new_mesh
    use finshell_mesh_grid, only: grid_t, new_grid, add_grid_sets, require_positive
+   use finshell_surface, only: surface_t, surface_bilinear, surface_flat
    implicit none
    private
    public :: rectangle_mesh, quadrilateral_mesh
@@ -69,7 +70,9 @@ contains
       end do
       call new_mesh(mesh, x, grid%triangles)
       call add_grid_sets(mesh, grid, sides)
+      mesh%surface%kind = surface_flat
       if (.not. warped(corners)) return
+      mesh%surface = surface_t(surface_bilinear, reshape(corners, [12]))
       allocate (mesh%normal, source=x)
       do i = 1, size(x, 2)
          associate (s => grid%parameters(1, i), t => grid%parameters(2, i))

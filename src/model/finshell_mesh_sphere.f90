@@ -5,6 +5,7 @@ module finshell_mesh_sphere
    use finshell_status, only: status_input_error
    use finshell_mesh, only: mesh_t, new_mesh
    use finshell_mesh_grid, only: grid_t, new_grid, add_grid_sets, require_positive, snap_to_planes
+   use finshell_surface, only: surface_sphere
    implicit none
    private
    public :: sphere_mesh
@@ -61,6 +62,7 @@ contains
       end do
       call snap_to_planes(x)
       call new_mesh(mesh, x, grid%triangles)
+      mesh%surface%kind = surface_sphere
       mesh%normal = x
       call add_grid_sets(mesh, grid, [character(len=6) :: 'a0', 'a1', 'bottom', 'top'])
    end subroutine sphere_mesh

@@ -5,6 +5,7 @@ module finshell_mesh_strip
    use finshell_status, only: status_input_error
    use finshell_mesh, only: mesh_t, new_mesh
    use finshell_mesh_grid, only: grid_t, new_grid, add_grid_sets, require_positive, snap_to_planes
+   use finshell_surface, only: surface_t, surface_strip
    implicit none
    private
    public :: strip_mesh
@@ -54,6 +55,7 @@ contains
       call snap_to_planes(x)
       call new_mesh(mesh, x, grid%triangles)
       call add_grid_sets(mesh, grid, [character(len=2) :: 'x0', 'x1', 'w0', 'w1'])
+      mesh%surface = surface_t(surface_strip, [twist*degree/length])
       if (.not. abs(twist) > 0) return
       ! d/dx x d/dw of (x, w cos a, w sin a), a = rate x
       rate = twist*degree/length

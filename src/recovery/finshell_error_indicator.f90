@@ -120,15 +120,17 @@ contains
       real(wp), intent(in) :: gradient(:) !< (problem%n) derivative of the monitor with respect to the unknowns
       type(goal_t), intent(out) :: goal
       type(error_t), allocatable, intent(out) :: error
-      type(linear_change_t), intent(in), optional :: change !< the monitor is that of a linear change of the state
+      type(linear_change_t), intent(in), optional :: change !< the monitor is that of a linear change, whose tangent is factorised
       type(surface_strains_t) :: strains, adjoint
       type(indicator_t) :: dual
       real(wp), allocatable :: z(:), motion(:, :), defect(:, :, :), dual_defect(:, :, :)
       integer :: e
 
-      call problem%evaluate(.true., error)
-      if (.not. allocated(error)) call problem%factorise(error)
-      if (allocated(error)) return
+      if (.not. present(change)) then
+         call problem%evaluate(.true., error)
+         if (.not. allocated(error)) call problem%factorise(error)
+         if (allocated(error)) return
+      end if
       allocate (z(problem%n), motion(n_nodal, size(problem%equations%number, 2)))
       call problem%solve(gradient, z, error)
       if (allocated(error)) return

@@ -114,7 +114,7 @@ class Choices(unittest.TestCase):
                 self.assertIn(re.sub(r"io/input/finshell_input_(\w+)\.f90", r"\1", file), PARTS, f"{file} reads choices: add it here")
 
     def test_a_word_more_is_noticed(self):
-        for part, old, new in (("mesh", "annulus, strip'", "annulus, strip, torus'"), ("output", "bottom, middle, top'", "bottom, middle, top, outside'"),
+        for part, old, new in (("mesh", "strip, hole'", "strip, hole, torus'"), ("output", "bottom, middle, top'", "bottom, middle, top, outside'"),
                                ("step", "'paper, tight'", "'paper, tight, loose'"), ("support", "symmetry, components'", "symmetry, spring, components'"),
                                ("load", "centrifugal, foundation'", "centrifugal, wind, foundation'")):
             name = f"io/input/finshell_input_{part}.f90"

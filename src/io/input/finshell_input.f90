@@ -9,6 +9,8 @@ module finshell_input
    use finshell_support, only: support_t
    use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
    use finshell_namelist, only: get, check_all_used, complain_about
+   use finshell_bisection, only: bisection_t
+   use finshell_input_accuracy, only: accuracy_t, read_accuracy
    use finshell_input_common, only: check_name
    use finshell_input_points, only: choose_points
    use finshell_input_preset, only: preset_t, read_preset
@@ -27,7 +29,7 @@ module finshell_input
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node_set, element_set, material, section, support, load, step, monitor, output'
+      'job, mesh, node_set, element_set, material, section, support, load, step, monitor, output, accuracy'
 
    !> All that an input file says.
    type :: input_t
@@ -43,21 +45,24 @@ module finshell_input
       integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
       type(monitor_t), allocatable :: monitors(:)
       type(output_t) :: output
+      type(accuracy_t), allocatable :: accuracy !< unallocated: the mesh stays as it is
+      type(normals_choice_t) :: normals
    end type input_t
 
 contains
 
    !> Read an input file. File names in it are relative to its folder.
-   subroutine read_input(file_name, input, error, levels)
+   subroutine read_input(file_name, input, error, levels, bisection)
       character(len=*), intent(in) :: file_name
       type(input_t), intent(out) :: input
       type(error_t), allocatable, intent(out) :: error
       integer, intent(in), optional :: levels !< of refinement beyond what &mesh says
+      type(bisection_t), intent(inout), optional :: bisection !< begun here (intent of a new one), later the mesh to take
       type(namelist_t) :: namelist
       character(len=:), allocatable :: text
 
       call read_namelist(file_name, namelist, error, text)
-      if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error, levels)
+      if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error, levels, bisection)
    end subroutine read_input
 
    !> The same from a text; file_name is used in messages and to find other files.
@@ -74,19 +79,20 @@ contains
 
    !> With a preset that makes the mesh coarser, if the input without `levels` can have such a mesh: its numbers of cells may be
    !> odd, its sets may need nodes that would go.
-   subroutine translate_preset(namelist, text, file_name, input, error, levels)
+   subroutine translate_preset(namelist, text, file_name, input, error, levels, bisection)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: text, file_name
       type(input_t), intent(inout) :: input
       type(error_t), allocatable, intent(inout) :: error
       integer, intent(in), optional :: levels
+      type(bisection_t), intent(inout), optional :: bisection
       type(input_t) :: whole
       type(error_t), allocatable :: refusal
       logical :: refined
 
       refined = .false.
       if (present(levels)) refined = levels /= 0
-      call translate(namelist, text, file_name, input, error, levels)
+      call translate(namelist, text, file_name, input, error, levels, bisection)
       if (input%preset%refine >= 0) return
       if (refined) then
          call translate(namelist, text, file_name, whole, refusal)
@@ -96,29 +102,35 @@ contains
       end if
       if (allocated(error)) deallocate (error)
       input = input_t()
-      call translate(namelist, text, file_name, input, error, levels, same_mesh=.true.)
+      if (present(bisection)) bisection = bisection_t()
+      call translate(namelist, text, file_name, input, error, levels, bisection, same_mesh=.true.)
    end subroutine translate_preset
 
    !> The order of the groups in the file does not matter, but that of groups of the same name.
-   subroutine translate(namelist, text, file_name, input, error, levels, same_mesh)
+   subroutine translate(namelist, text, file_name, input, error, levels, bisection, same_mesh)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: text, file_name
       type(input_t), intent(inout) :: input
       type(error_t), allocatable, intent(inout) :: error
       integer, intent(in), optional :: levels
+      type(bisection_t), intent(inout), optional :: bisection
       logical, intent(in), optional :: same_mesh !< whatever the preset says
-      type(normals_choice_t) :: normals
 
       input%file = file_name
       input%text = text
       call check_groups(namelist, group_names, error)
       call check_counts(namelist, error)
       if (.not. allocated(error)) call translate_job(namelist, input, error)
+      if (allocated(error)) return
       if (present(same_mesh)) input%preset%refine = 0
-      if (.not. allocated(error)) call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, normals, input%preset, &
-         error, levels)
+      if (count_groups(namelist, 'accuracy') > 0) then
+         call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels, &
+                            bisection)
+      else
+         call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels)
+      end if
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
-      if (.not. allocated(error)) call translate_supports(namelist, input, normals, error)
+      if (.not. allocated(error)) call translate_supports(namelist, input, error)
       if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
       if (.not. allocated(error)) call translate_output(namelist, input, error)
    end subroutine translate
@@ -128,7 +140,7 @@ contains
       type(namelist_t), intent(in) :: namelist
       type(error_t), allocatable, intent(inout) :: error
       character(len=8), parameter :: needed(4) = [character(len=8) :: 'mesh', 'material', 'section', 'step']
-      character(len=8), parameter :: single(3) = [character(len=8) :: 'job', 'mesh', 'output']
+      character(len=8), parameter :: single(4) = [character(len=8) :: 'job', 'mesh', 'output', 'accuracy']
       integer :: i, k, first
 
       if (allocated(error)) return
@@ -210,10 +222,9 @@ contains
       end associate
    end subroutine translate_sections
 
-   subroutine translate_supports(namelist, input, normals, error)
+   subroutine translate_supports(namelist, input, error)
       type(namelist_t), intent(inout) :: namelist
       type(input_t), intent(inout) :: input
-      type(normals_choice_t), intent(in) :: normals
       type(error_t), allocatable, intent(inout) :: error
       type(support_t), allocatable :: supports(:)
       integer, allocatable :: last(:), where_they_are(:)
@@ -225,7 +236,7 @@ contains
       call check_supports(namelist%groups(where_they_are), last, input%structure%mesh, input%structure%supports, input%file, error)
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name == 'mesh' .and. .not. allocated(error)) &
-            call apply_normals(namelist%groups(i), folder_of(input%file), normals, input%structure, error)
+            call apply_normals(namelist%groups(i), folder_of(input%file), input%normals, input%structure, error)
       end do
       if (.not. allocated(error)) call choose_points(input%structure, input%preset)
    end subroutine translate_supports
@@ -277,6 +288,12 @@ contains
       end do
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name == 'output') call read_output(namelist%groups(i), input%preset, input%output, error)
+      end do
+      do i = 1, size(namelist%groups)
+         if (namelist%groups(i)%name /= 'accuracy' .or. allocated(error)) cycle
+         allocate (input%accuracy)
+         call read_accuracy(namelist%groups(i), input%structure, input%load_lines, input%steps, input%monitors, input%accuracy, &
+                            error)
       end do
       if (.not. (input%preset%single .and. input%output%fields)) return
       input%output%single = .true.

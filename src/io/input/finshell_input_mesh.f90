@@ -11,6 +11,7 @@ module finshell_input_mesh
    use finshell_mesh_paraboloid, only: paraboloid_mesh
    use finshell_mesh_sphere, only: sphere_mesh
    use finshell_mesh_annulus, only: annulus_mesh
+   use finshell_mesh_hole, only: hole_mesh
    use finshell_mesh_strip, only: strip_mesh
    use finshell_gmsh, only: read_gmsh
    use finshell_back_ends, only: can_work_on_disk
@@ -22,7 +23,8 @@ module finshell_input_mesh
    private
    public :: read_mesh
 
-   character(len=*), parameter :: generators = 'disk, rectangle, quadrilateral, paraboloid, cylinder, cone, sphere, annulus, strip'
+   character(len=*), parameter :: generators = &
+      'disk, rectangle, quadrilateral, paraboloid, cylinder, cone, sphere, annulus, strip, hole'
 
 contains
 
@@ -55,6 +57,7 @@ contains
       end if
       if (allocated(error)) return
       mesh%coordinates = scale*mesh%coordinates
+      mesh%surface%scale = scale
       if (flip) mesh%triangles = mesh%triangles([1, 3, 2], :)
       call check_mesh(mesh, error)
       if (allocated(error) .and. allocated(file)) error%message = file//': '//error%message
@@ -115,6 +118,7 @@ contains
       case ('sphere'); call generate_sphere()
       case ('annulus'); call generate_annulus()
       case ('strip'); call generate_strip()
+      case ('hole'); call generate_hole()
       end select
       if (.not. allocated(refusal)) return
       call place_error(group, '', refusal)
@@ -230,6 +234,23 @@ contains
          if (.not. allocated(error)) call strip_mesh(mesh, length, width, twist, divisions, refusal, diagonal, &
             distortion)
       end subroutine generate_strip
+
+      subroutine generate_hole()
+         real(wp) :: radius
+         real(wp), allocatable :: grading, lengths(:)
+         integer, allocatable :: divisions(:)
+         call get(group, 'lengths', lengths, error, required=.true., number=2, above=0.0_wp)
+         call get(group, 'radius', radius, error, above=0.0_wp)
+         if (has(group, 'grading')) then
+            allocate (grading)
+            call get(group, 'grading', grading, error, above=0.0_wp)
+         end if
+         call get(group, 'divisions', divisions, error, required=.true., number=2, minimum=1)
+         call check_all_used(group, error)
+         call check_cells(divisions)
+         if (.not. allocated(error)) call hole_mesh(mesh, lengths, radius, divisions, refusal, diagonal, distortion, &
+            grading)
+      end subroutine generate_hole
 
       subroutine check_cells(divisions)
          integer, allocatable, intent(inout) :: divisions(:)

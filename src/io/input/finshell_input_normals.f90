@@ -10,7 +10,7 @@ module finshell_input_normals
    use finshell_input_common, only: read_vector_file
    implicit none
    private
-   public :: normals_choice_t, read_normals, apply_normals, crease_edges
+   public :: normals_choice_t, read_normals, apply_normals, crease_edges, crease_edges_of
 
    character(len=*), parameter :: kinds = 'auto, exact, fitted, facet'
    !> Beyond this angle to the facet (its cosine) an element is not shallow: of itself it stays flat.
@@ -108,10 +108,23 @@ contains
                //edge_set_names(mesh), error)
             return
          end if
-         crease = reshape([crease, mesh%edge_sets(at)%edges], &
-                          [2, size(crease, 2) + size(mesh%edge_sets(at)%edges, 2)])
       end do
+      crease = crease_edges_of(choice, mesh)
    end subroutine crease_edges
+
+   !> The same where all sets are known to be there.
+   pure function crease_edges_of(choice, mesh) result(crease)
+      type(normals_choice_t), intent(in) :: choice
+      type(mesh_t), intent(in) :: mesh
+      integer, allocatable :: crease(:, :) !< (2, :) pairs of nodes
+      integer :: i
+      allocate (crease(2, 0))
+      do i = 1, size(choice%crease_sets)
+         associate (edges => mesh%edge_sets(find_edge_set(mesh, trim(choice%crease_sets(i))))%edges)
+            crease = reshape([crease, edges], [2, size(crease, 2) + size(edges, 2)])
+         end associate
+      end do
+   end function crease_edges_of
 
    !> Error: a normal that no shallow element can have.
    subroutine check_normals(group, key, structure, error)

@@ -1,6 +1,7 @@
 !> The mesh of an input file with the sets that it names, refined or coarser where that is wanted.
 module finshell_input_refinement
    use finshell_back_ends, only: can_work_on_disk
+   use finshell_bisection, only: begin_bisection, bisection_t
    use finshell_error, only: error_t, text_of
    use finshell_input_common, only: place_error
    use finshell_input_mesh, only: read_mesh
@@ -15,6 +16,7 @@ module finshell_input_refinement
    use finshell_mesh_refinement, only: refine_mesh
    use finshell_namelist, only: complain_about, get, group_t, has, namelist_t
    use finshell_structure, only: structure_t
+   use finshell_surface, only: surface_none
    implicit none
    private
    public :: read_any_mesh
@@ -29,7 +31,8 @@ contains
    !>
    !> Generators make a finer or coarser mesh of their own surface. Meshes of files, and those whose nodes or elements the input
    !> knows by number, are cut triangle by triangle, on a smooth surface through their nodes unless `normals` is 'facet'.
-   subroutine read_any_mesh(namelist, folder, mesh, normals, preset, error, levels)
+   !> A bisection that has not begun begins with this mesh; the mesh of one that has is taken as it is.
+   subroutine read_any_mesh(namelist, folder, mesh, normals, preset, error, levels, bisection)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: folder !< prefix of file names
       type(mesh_t), intent(out) :: mesh
@@ -37,6 +40,7 @@ contains
       type(preset_t), intent(inout) :: preset !< its `refine` becomes 0 where it is not taken
       type(error_t), allocatable, intent(inout) :: error
       integer, intent(in), optional :: levels
+      type(bisection_t), intent(inout), optional :: bisection
       integer :: at, refine
       if (allocated(error)) return
       do at = 1, size(namelist%groups)
@@ -49,7 +53,7 @@ contains
       if (preset%refine < 0 .and. knows_numbers(namelist, namelist%groups(at))) preset%refine = 0
       refine = refine + preset%refine
       if (present(levels)) refine = refine + levels
-      call read_refined(namelist, namelist%groups(at), folder, refine, mesh, normals, error)
+      call read_refined(namelist, namelist%groups(at), folder, refine, mesh, normals, error, bisection)
       if (preset%refine /= 0) call preset%note('refine', text_of(preset%refine))
       if (.not. allocated(error)) then
          if (preset%refine < 0 .and. size(mesh%triangles, 2) < fewest) &
@@ -60,7 +64,7 @@ contains
    end subroutine read_any_mesh
 
    !> The mesh with its sets, at a level of refinement.
-   subroutine read_refined(namelist, group, folder, refine, mesh, normals, error)
+   subroutine read_refined(namelist, group, folder, refine, mesh, normals, error, bisection)
       type(namelist_t), intent(inout) :: namelist
       type(group_t), intent(inout) :: group !< &mesh
       character(len=*), intent(in) :: folder
@@ -68,23 +72,55 @@ contains
       type(mesh_t), intent(out) :: mesh
       type(normals_choice_t), intent(out) :: normals
       type(error_t), allocatable, intent(inout) :: error
+      type(bisection_t), intent(inout), optional :: bisection
       type(set_t), allocatable :: former(:)
-      type(mesh_t) :: bare
+      type(mesh_t) :: bare, own
       call read_mesh(group, folder, mesh, normals, 0, error)
       if (allocated(error)) return
-      if (refine /= 0) bare = mesh
+      if (present(bisection)) then
+         if (allocated(bisection%side)) then
+            mesh = bisection%mesh
+            mesh%former_node_sets = bisection%former_node_sets
+            call read_sets(namelist, mesh, error)
+            return
+         end if
+      end if
+      if (refine /= 0 .or. present(bisection)) bare = mesh
+      own = bare
       call read_sets(namelist, mesh, error)
-      if (refine == 0) return
+      if (refine == 0) then
+         if (.not. allocated(error)) call begin(mesh%node_sets)
+         return
+      end if
       if (knows_numbers(namelist, group)) then
-         call cut_triangles(namelist, group, folder, normals, refine, bare, mesh, error)
+         call cut_triangles(namelist, group, folder, normals, refine, bare, mesh, own, error)
+         if (.not. allocated(error)) call begin(mesh%former_node_sets)
       else
          ! a set may exist in the refined mesh only, as the middle of an odd number of cells
          if (allocated(error)) deallocate (error)
          call move_alloc(mesh%node_sets, former)
          call read_mesh(group, folder, mesh, normals, refine, error)
+         own = mesh
+         bare = mesh
          if (.not. allocated(error)) call read_sets(namelist, mesh, error)
          call move_alloc(former, mesh%former_node_sets)
+         if (.not. allocated(error)) call begin(mesh%former_node_sets)
       end if
+
+   contains
+
+      subroutine begin(before)
+         type(set_t), intent(in) :: before(:)
+         if (.not. present(bisection)) return
+         bisection%base = bare
+         ! normals of a file are those of another surface
+         if (normals%file /= '') bisection%base%surface%kind = surface_none
+         own%surface = bisection%base%surface
+         if (allocated(own%lineage)) own%surface%kind = surface_none
+         bisection%points = size(bare%node_sets)
+         bisection%former_node_sets = before
+         call begin_bisection(bisection, own)
+      end subroutine begin
    end subroutine read_refined
 
    subroutine read_sets(namelist, mesh, error)
@@ -117,7 +153,7 @@ contains
    end function knows_numbers
 
    !> Refine a mesh triangle by triangle, then name its sets again.
-   subroutine cut_triangles(namelist, group, folder, normals, levels, bare, mesh, error)
+   subroutine cut_triangles(namelist, group, folder, normals, levels, bare, mesh, own, error)
       type(namelist_t), intent(inout) :: namelist
       type(group_t), intent(in) :: group !< &mesh
       character(len=*), intent(in) :: folder
@@ -125,6 +161,7 @@ contains
       integer, intent(in) :: levels
       type(mesh_t), intent(inout) :: bare !< with the sets that it has of itself
       type(mesh_t), intent(inout) :: mesh !< the same with those that the input names
+      type(mesh_t), intent(inout) :: own !< refined, with the sets that it has of itself
       type(error_t), allocatable, intent(inout) :: error
       type(structure_t) :: before
       integer, allocatable :: crease(:, :), last(:), groups(:)
@@ -146,6 +183,7 @@ contains
       if (allocated(error)) error%message = 'refined '//text_of(levels)//' times: '//error%message
       call place_error(group, '', error)
       if (allocated(error)) return
+      own = mesh
       call read_sets(namelist, mesh, error)
       mesh%former_node_sets = before%mesh%node_sets
    end subroutine cut_triangles

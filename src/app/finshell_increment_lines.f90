@@ -1,5 +1,5 @@
-!> What is printed of an increment, as it converges.
-module finshell_screen
+!> What the screen shows of an increment.
+module finshell_increment_lines
    use, intrinsic :: iso_fortran_env, only: output_unit
    use finshell_error, only: text_of
    use finshell_kinds, only: wp
@@ -14,15 +14,38 @@ module finshell_screen
 
 contains
 
-   !> Progress: increment, load factor, monitors, iterations, cuts, pivots, CPU seconds.
-   subroutine show_increment(record, monitors, values)
+   !> A limit or bifurcation point.
+   subroutine show_event(record)
       type(record_t), intent(in) :: record
+      if (record%located) then
+         write (output_unit, '(5x,a)') event_name(record%event)//' located at load factor '//text_of(record%load_factor) &
+            //'; cosine between null vector and load '//text_of(record%load_cosine)
+      else
+         write (output_unit, '(5x,a)') event_name(record%event)//' passed since the increment before'
+      end if
+   end subroutine show_event
+
+   !> An increment that has left the path.
+   subroutine show_snap(record)
+      type(record_t), intent(in) :: record
+      if (abs(record%misfit) > 0.01_wp) then
+         write (output_unit, '(5x,a,f0.1,a)') 'SNAP: this state is not the continuation of the path; work and stored energy ' &
+            //'differ by ', 100*abs(record%misfit), ' %'
+      else
+         write (output_unit, '(5x,a)') 'SNAP: this state is not the continuation of the path; shorter increments found none'
+      end if
+   end subroutine show_snap
+
+   !> Progress: increment, load factor, monitors, iterations, cuts, pivots, CPU seconds.
+   subroutine show_increment(record, headed, monitors, values)
+      type(record_t), intent(in) :: record
+      logical, intent(in) :: headed !< with the headings of the columns
       type(monitor_t), intent(in) :: monitors(:)
-      real(wp), intent(in) :: values(:) !< of the monitors
+      real(wp), intent(in) :: values(:)
       character(len=14) :: heading
       integer :: i, n
       n = min(shown, size(values))
-      if (record%increment == 1) then
+      if (headed) then
          write (output_unit, '(a)', advance='no') '  inc    load factor'
          do i = 1, n
             heading = monitors(i)%name
@@ -51,28 +74,6 @@ contains
       write (output_unit, '(5x,a)') 'frequency '//text_of(v%frequency)//'; effective mass along x, y, z: '//trim(adjustl(shares))
    end subroutine show_vibration
 
-   !> A limit or bifurcation point.
-   subroutine show_event(record)
-      type(record_t), intent(in) :: record
-      if (record%located) then
-         write (output_unit, '(5x,a)') event_name(record%event)//' located at load factor '//text_of(record%load_factor) &
-            //'; cosine between null vector and load '//text_of(record%load_cosine)
-      else
-         write (output_unit, '(5x,a)') event_name(record%event)//' passed since the increment before'
-      end if
-   end subroutine show_event
-
-   !> An increment that has left the path.
-   subroutine show_snap(record)
-      type(record_t), intent(in) :: record
-      if (abs(record%misfit) > 0.01_wp) then
-         write (output_unit, '(5x,a,f0.1,a)') 'SNAP: this state is not the continuation of the path; work and stored energy ' &
-            //'differ by ', 100*abs(record%misfit), ' %'
-      else
-         write (output_unit, '(5x,a)') 'SNAP: this state is not the continuation of the path; shorter increments found none'
-      end if
-   end subroutine show_snap
-
    !> A number as a column, with a blank before it.
    pure function column(x) result(text)
       real(wp), intent(in) :: x
@@ -80,4 +81,4 @@ contains
       text = text_of(x)
       text = adjustr(text)
    end function column
-end module finshell_screen
+end module finshell_increment_lines

@@ -1,0 +1,86 @@
+!> Equilibrium from a state near by, at what the end of a step prescribes: as after a change of the mesh.
+module finshell_resettle
+   use finshell_control, only: constraint_t
+   use finshell_descent, only: descend
+   use finshell_error, only: error_t, raise
+   use finshell_factor, only: factor_at
+   use finshell_kinds, only: dp, wp
+   use finshell_newton, only: newton_result_t, solve_increment
+   use finshell_observer, only: record_t
+   use finshell_problem, only: problem_t
+   use finshell_state, only: state_t
+   use finshell_status, only: status_not_converged
+   use finshell_step, only: control_displacement, control_load, control_volume, convergence_t, mixed_never, prescribes_monitored, &
+      step_t
+   implicit none
+   private
+   public :: resettle
+
+contains
+
+   !> Iterate from `state` to equilibrium: at its load factor or, where the step prescribes a displacement or a volume, at
+   !> `value` of that. Newton's method as the step asks for it, then plain, then, under load, a descent. Errors: all have failed,
+   !> or the step cannot be watched; the problem is then in `state`.
+   subroutine resettle(problem, step, state, value, record, error)
+      class(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(state_t), intent(in) :: state !< of the mesh of the problem
+      real(wp), intent(in) :: value !< of what is monitored
+      type(record_t), intent(out) :: record
+      type(error_t), allocatable, intent(out) :: error
+      type(newton_result_t) :: result
+      type(constraint_t) :: constraint
+      type(convergence_t) :: settings
+      real(wp), parameter :: levels(2) = 0
+      real(dp) :: now
+      integer :: attempt
+
+      if (allocated(step%volumes)) then
+         call problem%watch_volume(error, step%element_set)
+      else if (allocated(step%node_set)) then
+         call problem%watch(step%node_set, step%component, error)
+      end if
+      if (allocated(error)) return
+      problem%state = state
+      call problem%accept()
+      constraint%control = control_load
+      if (prescribes_monitored(step%control)) &
+         constraint%control = merge(control_volume, control_displacement, allocated(step%volumes))
+      constraint%scaling = step%scaling
+      constraint%target = factor_at(state, step%scaling)
+      if (constraint%control /= control_load) constraint%target = value
+      settings = step%convergence
+      do attempt = 1, 3
+         if (attempt > 1) settings%mixed = mixed_never
+         if (attempt < 3) then
+            call solve_increment(problem, constraint, settings, levels, result)
+         else if (step%descent .and. constraint%control == control_load .and. allocated(problem%weight)) then
+            call descend(problem, constraint%target, settings, levels, huge(1.0_wp), result, step%scaling)
+         else
+            exit
+         end if
+         record%iterations = record%iterations + result%iterations
+         if (result%converged) exit
+         call problem%restore()
+      end do
+      if (.not. result%converged) then
+         if (.not. allocated(result%reason)) result%reason = 'no equilibrium'
+         call raise(error, status_not_converged, result%reason)
+         return
+      end if
+      problem%state%increment = state%increment + 1
+      call problem%accept()
+      record%increment = problem%state%increment
+      record%control = constraint%control
+      record%negative_pivots = problem%negative_pivots
+      record%descended = attempt == 3
+      record%regularised = result%regularised
+      record%load_factor = problem%state%load_factor
+      record%residual = result%residual
+      record%correction = result%correction
+      record%rounding = result%rounding
+      record%cuts = attempt - 1
+      call cpu_time(now)
+      record%cpu_time = now
+   end subroutine resettle
+end module finshell_resettle

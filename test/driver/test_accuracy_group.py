@@ -1,0 +1,219 @@
+#!/usr/bin/env python3
+"""&accuracy: meshes refined until the estimate meets the target: linear and nonlinear jobs, controls, files, limits, what is refused."""
+import csv
+import math
+import os
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+
+PROGRAM = os.environ["FINSHELL_BIN"]
+ROOF = """&mesh generator = 'cylinder' radius = 25.0 length = 25.0 angles = 0.0, 40.0 divisions = 4, 4 /
+&material name = 'm' law = 'linear_elastic' e = 4.32e8 nu = 0.0 /
+&section thickness = 0.25 /
+&support node_set = 'edge_a0' type = 'symmetry_x' /
+&support node_set = 'edge_y0' type = 'symmetry_y' /
+&support node_set = 'edge_y1' fixed = 'ux', 'uz' /
+&load type = 'traction' vector = 0.0, 0.0, -90.0 /
+&step control = 'linear' /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'corner_a1_y0' /
+"""
+DISK = """&mesh generator = 'disk' radius = 7.5 rings = 4 core = 2 /
+&material name = 'rubber' law = 'mooney_rivlin' c10 = 80.0 c01 = 20.0 /
+&section thickness = 0.5 /
+&support node_set = 'rim' type = 'hinged' /
+&support node_set = 'edge_x0' type = 'symmetry_x' /
+&support node_set = 'edge_y0' type = 'symmetry_y' /
+&load type = 'pressure' pressure = 40.0 /
+{step}
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'centre' /
+"""
+HOLE = """&mesh generator = 'hole' lengths = 30, 20 radius = 1 divisions = 8, 6 /
+&material name = 'elastic' law = 'linear_elastic' e = 1e3 nu = 0.3 /
+&section thickness = 1 direction = 1, 0, 0 /
+&support node_set = 'all' fixed = 'uz', 'rx', 'ry' /
+&support node_set = 'edge_x0' type = 'symmetry_x' /
+&support node_set = 'edge_y0' type = 'symmetry_y' /
+&load type = 'line' edge_set = 'edge_x1' vector = 1.0, 0, 0 /
+&step control = 'linear' /
+&monitor name = 'peak' quantity = 'membrane_force' component = '11' node_set = 'corner_hole_x0' /
+&monitor name = 'pull' quantity = 'reaction' component = 'x' node_set = 'edge_x0' /
+"""
+
+
+class Accuracy(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def run_text(self, text, *options, command="run", code=0):
+        (self.folder / "model.nml").write_text(text)
+        result = subprocess.run([PROGRAM, command, "model.nml", *options], cwd=self.folder, capture_output=True, text=True, timeout=120, check=False)
+        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+        self.assertNotIn("Backtrace", result.stderr)
+        return result
+
+    def rows(self, name="meshes"):
+        return list(csv.DictReader((self.folder / f"model.{name}.csv").read_text().splitlines()))
+
+    def test_roof(self):
+        """A linear job: the target is met, by the answer too; history, table and result file are of the meshes that they name."""
+        out = self.run_text(ROOF + "&accuracy target = 0.01 monitor = 'w' /\n").stdout
+        meshes, history = self.rows(), self.rows("history")
+        self.assertIn("meets the target", out)
+        self.assertLessEqual(float(meshes[-1]["estimate"]), 0.01)
+        self.assertGreater(float(meshes[-2]["estimate"]), 0.01)
+        self.assertAlmostEqual(float(history[-1]["w"]), -0.3006, delta=0.003)
+        self.assertEqual([row["mesh"] for row in meshes], [str(int(float(row["mesh"]))) for row in history])
+        self.assertEqual([float(row["w"]) for row in meshes], [float(row["w"]) for row in history])
+        self.assertEqual(out.count("estimated error"), len(meshes))
+        self.assertLess(int(meshes[-1]["elements"]), 700)
+        with h5py.File(self.folder / "model.vtkhdf") as file:
+            self.assertEqual(file["VTKHDF/NumberOfCells"][-1], int(meshes[-1]["elements"]))
+
+    def test_energy_norm(self):
+        """Without a monitor: the estimates fall, and are what a monitor says of the same mesh."""
+        self.run_text(ROOF + "&accuracy target = 0.1 /\n")
+        meshes = self.rows()
+        self.assertGreater(len(meshes), 1)
+        self.assertLessEqual(float(meshes[-1]["estimate"]), 0.1)
+        self.run_text(ROOF + "&monitor name = 'e' quantity = 'relative_error' /\n")
+        self.assertAlmostEqual(float(self.rows("history")[-1]["e"]), float(meshes[0]["estimate"]), delta=1e-9)
+
+    def test_state_is_carried_over(self):
+        """Under load, displacement and arc-length control: a few iterations a mesh, and the state that a fine mesh reaches from rest."""
+        ends = {}
+        for control, step in (("load", "&step /"), ("arc", "&step control = 'arc_length' /"),
+                              ("displacement", "&step control = 'displacement' node_set = 'centre' component = 'z' displacements = 11.0 /")):
+            self.run_text(DISK.format(step=step) + "&accuracy target = 0.003 monitor = 'w' /\n", "-q")
+            history, meshes = self.rows("history"), self.rows()
+            self.assertGreater(len(meshes), 2, control)
+            later = [row for row in history if float(row["mesh"]) > 1]
+            self.assertEqual(len(later), len(meshes) - 1, control)
+            for row in later:
+                self.assertLessEqual(int(row["iterations"]), 9, control)
+                self.assertLess(float(row["residual"]), 5e-3)
+            ends[control] = history[-1]
+        self.assertAlmostEqual(float(ends["displacement"]["w"]), 11.0, delta=1e-8)
+        self.assertAlmostEqual(float(ends["load"]["load_factor"]), 1.0, delta=1e-12)
+        self.assertAlmostEqual(float(ends["arc"]["w"]) / float(ends["load"]["w"]), 1, delta=1e-3)
+        self.run_text(DISK.format(step="&step /"), "-q", "--refine", "3")
+        fine = float(self.rows("history")[-1]["w"])
+        self.assertAlmostEqual(float(ends["load"]["w"]) / fine, 1, delta=0.03)
+
+    def test_moved_supports(self):
+        """A strip rolled up by turning its end: new nodes of the edge turn as it does, and the end comes to lie on the circle."""
+        self.run_text("""&mesh generator = 'rectangle' lengths = 10, 1 divisions = 8, 1 /
+&material name = 'm' law = 'linear_elastic' e = 1e6 nu = 0 /
+&section thickness = 0.1 /
+&support node_set = 'edge_x0' type = 'clamped' /
+&support node_set = 'edge_x1' rx = 0 ry = -3.0 rz = 0 /
+&step /
+&monitor name = 'turn' quantity = 'rotation' component = 'y' node_set = 'edge_x1' reduce = 'max' /
+&monitor name = 'x' quantity = 'displacement' component = 'x' node_set = 'edge_x1' /
+&monitor name = 'z' quantity = 'displacement' component = 'z' node_set = 'edge_x1' /
+&accuracy target = 1e-6 most_meshes = 4 /
+""")
+        rows = [row for row in self.rows("history") if float(row["mesh"]) > 1]
+        self.assertEqual(len(rows), 3)
+        for row in rows:
+            self.assertAlmostEqual(float(row["turn"]), -3.0, delta=1e-12)
+        self.assertAlmostEqual(float(rows[-1]["x"]), 10 * math.sin(3) / 3 - 10, delta=0.02)
+        self.assertAlmostEqual(float(rows[-1]["z"]), 10 * (1 - math.cos(3)) / 3, delta=0.02)
+
+    def test_membranes(self):
+        """Nodes without rotations, sheets that wrinkle: the blown-up disk on refined meshes and on a fine one."""
+        text = """&mesh generator = 'disk' radius = 1 rings = 4 /
+&material name = 'm' law = 'neo_hookean' mu = 1.0e3 /
+&section thickness = 0.01 type = 'membrane' wrinkling = .true. /
+&support node_set = 'rim' fixed = 'ux', 'uy', 'uz' /
+&support node_set = 'edge_x0' fixed = 'ux' /
+&support node_set = 'edge_y0' fixed = 'uy' /
+&load type = 'pressure' pressure = 10 /
+&step /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'centre' /
+"""
+        self.run_text(text + "&accuracy target = 5e-4 monitor = 'w' /\n", "-q")
+        rows = self.rows("history")
+        self.assertGreaterEqual(float(rows[-1]["mesh"]), 3)
+        self.assertLess(sum(float(row["mesh"]) > 1 for row in rows), float(rows[-1]["mesh"]))
+        self.run_text(text, "-q", "--refine", "3")
+        self.assertAlmostEqual(float(rows[-1]["w"]) / float(self.rows("history")[-1]["w"]), 1, delta=2e-3)
+
+    def test_path_anew(self):
+        """Where the state carried over leads nowhere the path is run on the new mesh, and that is said."""
+        step = "&step maximum_iterations = 3 tolerance = 'tight' maximum_cuts = 12 descent = .false. maximum_increments = 4000 /"
+        out = self.run_text(DISK.format(step=step).replace("40.0", "5.0") + "&accuracy target = 1e-4 monitor = 'w' most_meshes = 2 /\n").stdout
+        self.assertIn("the path is run anew", out)
+        rows = [row for row in self.rows("history") if float(row["mesh"]) == 2]
+        self.assertGreater(len(rows), 1)
+        self.assertEqual(rows[0]["increment"], "1")
+        self.assertAlmostEqual(float(rows[-1]["load_factor"]), 1.0, delta=1e-12)
+
+    def test_concentration_at_a_hole(self):
+        """Stress at a hole comes near to three times that of the sheet; the pull is what was applied, on every mesh."""
+        self.run_text(HOLE + "&accuracy target = 0.004 /\n")
+        history = self.rows("history")
+        for row in history:
+            self.assertAlmostEqual(float(row["pull"]), -20.0, delta=1e-8)
+        self.assertGreater(float(history[-1]["peak"]), 2.75)
+        self.assertLess(float(history[-1]["peak"]), 3.02)
+
+    def test_limits(self):
+        """What ends it before the target is said."""
+        for limit, words in (("most_elements = 200", "200 are allowed (most_elements)"), ("most_meshes = 2", "2 meshes are the most"),
+                             ("budget = 1e-3", "budget")):
+            out = self.run_text(ROOF + f"&accuracy target = 1e-4 {limit} /\n").stdout
+            self.assertIn("MISSES the target", out)
+            self.assertIn(words, out)
+            self.assertLessEqual(int(self.rows()[-1]["elements"]), 200)
+
+    def test_refused(self):
+        """Wrong input: line, what was found, what is expected."""
+        last = len(ROOF.splitlines()) + 1
+        stress = "&monitor name = 's' quantity = 'thickness_stretch' /\n"
+        for text, expected in ((ROOF + "&accuracy target = 0 /\n", f"model.nml:{last}: &accuracy target"),
+                               (ROOF + "&accuracy monitor = 'v' /\n", f"model.nml:{last}: &accuracy monitor: there is no monitor 'v'; there are: w"),
+                               (ROOF + stress + "&accuracy monitor = 's' /\n", "found 's', which is not the mean of a displacement"),
+                               (ROOF + "&accuracy budgett = 1 /\n", "budgett"),
+                               (ROOF + "&accuracy /\n&accuracy /\n", "there can be only one such group"),
+                               (ROOF + "&step /\n&accuracy /\n", "either all steps are linear or none"),
+                               (ROOF + "&step control = 'buckling' /\n&accuracy /\n", "buckling"),
+                               (ROOF.replace("'w'", "'mesh'") + "&accuracy /\n", "called 'mesh'"),
+                               (ROOF + "&load type = 'force' node_set = 'edge_a1' vector = 1, 0, 0 /\n&accuracy /\n",
+                                f"model.nml:{last}: &load: with &accuracy it cannot act at the nodes of 'edge_a1'")):
+            result = self.run_text(text, code=2)
+            self.assertIn(expected, result.stderr)
+
+    def test_study_refines_as_a_whole(self):
+        """A study of the same input takes no notice of the group."""
+        self.run_text(ROOF + "&accuracy target = 0.001 monitor = 'w' /\n", "--levels", "2", command="study")
+        self.assertEqual([row["elements"] for row in self.rows("study")], ["32", "128"])
+
+    def test_numbers_files_and_sections(self):
+        """Sets by number, two sections, a mesh that is refined beforehand: areas and loads stay, mesh by mesh."""
+        text = """&mesh generator = 'rectangle' lengths = 2, 1 divisions = 4, 2 refine = 1 /
+&element_set name = 'left' elements = 1, 2, 3, 4 /
+&element_set name = 'right' elements = 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16 /
+&node_set name = 'end' nodes = 1, 2, 3 /
+&material name = 'm' law = 'linear_elastic' e = 1e5 nu = 0.3 /
+&section element_set = 'right' thickness = 0.1 /
+&section element_set = 'left' thickness = 0.2 /
+&support node_set = 'end' type = 'clamped' /
+&load type = 'pressure' pressure = 0.1 /
+&load type = 'line' edge_set = 'edge_x1' vector = 0, 3, 0 /
+&step /
+&monitor name = 'r' quantity = 'reaction' component = 'y' node_set = 'end' /
+"""
+        self.run_text(text + "&accuracy target = 0.08 /\n")
+        self.assertGreater(len(self.rows()), 1)
+        for row in self.rows("history"):
+            self.assertAlmostEqual(float(row["r"]), -3 * float(row["load_factor"]), delta=0.05)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
