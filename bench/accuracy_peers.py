@@ -5,14 +5,16 @@
 
 PYTHON is one that has the peers:  python3 -m venv peers && peers/bin/pip install KratosMultiphysics==10.4.4 KratosStructuralMechanicsApplication==10.4.4
 KratosLinearSolversApplication==10.4.4 openseespy==3.7.1.2 ngsolve numpy;  CalculiX: apt-get install calculix-ccx.  A peer that is not there is left out, its rows stay.
-One thread. CPU time is user + system of the process from after its imports (CalculiX: of ccx). Each peer takes its load in as few steps as it can: on the second mesh
-of its ladder (NGSolve: the first) the usual steps (those of its authors or of the published curve), a half, a quarter and an eighth of them are tried, and the cheapest that reaches the load is kept.
+One thread. CPU time is user + system of the process from after its imports (CalculiX: of ccx). Each peer takes its load in as few steps as it can: on the first
+mesh of its ladder the usual steps (those of its authors or of the published curve), a half, a quarter and an eighth of them are tried, and the cheapest that reaches the load is kept.
 """
 import argparse
 import csv
 import datetime
 import json
 import os
+import resource
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -57,12 +59,15 @@ def solve(python, problem, peer, n, limit, steps=None):
                    "CCX_NPROC_EQUATION_SOLVER": "1", "NUMBER_OF_CPUS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
     command = [python, str(script), problem, str(n), peer, str(limit), *([str(steps)] if steps else [])]
     try:
-        run = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=2 * limit + 20)
+        run = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=1800,
+                             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (int(1.5 * limit) + 5, int(1.5 * limit) + 5)))
     except subprocess.TimeoutExpired:
-        return {"mesh": f"n={n}", "failed": f"not done in {limit:g} s", "cpu": float(limit), "values": {}, "steps": 0, "iterations": 0, "unknowns": 0}
+        run = subprocess.CompletedProcess(command, 1, "", "not done in half an hour")
     for line in run.stdout.splitlines():
         if line.startswith("JSON "):
             return json.loads(line[5:])
+    if run.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        return {"mesh": f"n={n}", "failed": f"not done in {limit:g} s", "cpu": float(limit), "values": {}, "steps": 0, "iterations": 0, "unknowns": 0}
     last = (run.stderr.strip().splitlines() or ["ends without a word"])[-1]
     return {"mesh": f"n={n}", "failed": last[:120], "cpu": 0.0, "values": {}, "steps": 0, "iterations": 0, "unknowns": 0}
 
@@ -77,7 +82,7 @@ def ladder(python, problem, peer, limit):
         tried = {}
         for part in (1, 2, 4, 8):
             count = max(1, USUAL_STEPS[problem] // part)
-            report = solve(python, problem, peer, meshes[0 if peer.startswith("ngs") else 1], limit, count)
+            report = solve(python, problem, peer, meshes[0], limit, count)
             if not report["failed"]:
                 tried[count] = report["cpu"]
         steps = min(tried, key=tried.get) if tried else None

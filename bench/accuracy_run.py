@@ -65,7 +65,7 @@ def worst(values, exact):
     return max(errors) if all(isfinite(e) for e in errors) else None
 
 
-def measure(problem, mesh, preset, exact, timeout=120):
+def measure(problem, mesh, preset, exact, timeout=900):
     """A Point; the preset may refine the mesh further or make it coarser."""
     text = run.with_keys((run.EXAMPLES / problem.file).read_text(), "mesh", **mesh_keys(mesh))
     if preset:
