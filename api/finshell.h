@@ -136,7 +136,7 @@ typedef struct finshell_layer {
    const char *const *names; /* [parameters] of the law */
    const double *values;     /* [parameters] */
    int32_t parameters;
-   int32_t points;   /* Gauss points through the layer, 1 to 12; 0: 3; of a membrane 0 only */
+   int32_t points;   /* Gauss points through the layer, 1 to 12; 0: by the law; of a membrane 0 only */
    double thickness; /* > 0, length */
    double angle;     /* degrees, from the element's material direction to axis 1 of the law, about the normal */
    double density;   /* mass per reference volume, used by finshell_mass_matrix only */
@@ -146,7 +146,7 @@ typedef struct finshell_layer {
  *   material, names[parameters], values[parameters]: law and its parameters, capitals do not matter; names and values may be
  *   NULL when parameters is 0. thickness > 0 (length).
  *   option_names[options], option_values[options], NULL when options is 0:
- *     "thickness_points"  Gauss points through the thickness, 1 to 12 (3)
+ *     "thickness_points"  Gauss points through the thickness, 1 to 12 (linear laws: 2, which is exact; laws with fibres: 5; others: 3)
  *     "formulation"       1: stabilised (S), 2: as published (P) (1)
  *     "beta0"             weight of the higher-order drilling strain, > 0 (default: (thickness/longest side)^2 of each
  *                         element, between 1e-5 and 0.3)

@@ -7,6 +7,7 @@
 !>     bench_kernel                       the figures above
 !>     bench_kernel options               what each option costs
 !>     bench_kernel count LEVEL ELEMENTS [PER_CALL]  evaluates and prints nothing: the work counted by bench/count_arithmetic.py
+!>     bench_kernel points LEVEL ELEMENTS POINTS     the same with a linear law and so many thickness points: bench/switches.py
 program bench_kernel
    use, intrinsic :: iso_fortran_env, only: int64, output_unit
    use finshell_batch, only: evaluate_elements, rotation_quaternion, rotation_vector
@@ -44,8 +45,12 @@ program bench_kernel
    case ('count')
       if (command_argument_count() > 3) chunk = integer_argument(4)
       call evaluate(integer_argument(3), 0, rotation_quaternion, integer_argument(2))
+   case ('points')
+      call use_section(law_name='st_venant_kirchhoff', names=['e ', 'nu'], values=[500.0_wp, 0.0_wp], &
+                       thickness_points=integer_argument(4))
+      call evaluate(integer_argument(3), 0, rotation_quaternion, integer_argument(2))
    case default
-      error stop 'bench_kernel: unknown argument '//trim(mode)//', expected none, options or count'
+      error stop 'bench_kernel: unknown argument '//trim(mode)//', expected none, options, count or points'
    end select
 
 contains

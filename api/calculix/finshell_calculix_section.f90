@@ -11,7 +11,7 @@ module finshell_calculix_section
    use finshell_kinds, only: i4, wp
    use finshell_material, only: material_t
    use finshell_registry, only: material_parameters, new_material, parameter_t
-   use finshell_section, only: default_points, formulation_s, new_section, section_t
+   use finshell_section, only: formulation_s, new_section, points_by_law, section_t
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private
@@ -99,7 +99,7 @@ contains
          call new_material(law, law_of(name), parameters(:n)%name, values(:n), error)
       end associate
       if (.not. allocated(error)) then
-         points = or_default(constants(2), default_points)
+         points = or_default(constants(2), points_by_law)
          formulation = or_default(constants(3), formulation_s)
          if (abs(constants(4)) > 0) beta0 = constants(4)
          call new_section(known%section, law, constants(1), error, formulation, beta0, points, density, constants(5))

@@ -265,7 +265,7 @@ contains
                       [self%cell_entries, pack(self%watched_entries, [(all(self%cell_entries /= self%watched_entries(i)), &
                                                                        i=1, size(self%watched_entries))])], recovery, &
                       change)
-      else
+      else if (size(self%watched_entries) > 0) then
          call recover(self%problem, state, self%watched_elements, self%watched_entries, recovery, change)
       end if
       row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)

@@ -20,6 +20,8 @@ module finshell_material
       character(len=32) :: name = '' !< as in finshell_registry, which sets it; for messages
       !> True when the law has switches, and so overrides `switched_plane_stress`.
       logical :: switched = .false.
+      !> True when the stress is linear in the strain: two Gauss points integrate a layer exactly.
+      logical :: linear = .false.
    contains
       procedure :: switched_plane_stress
       procedure :: fibres

@@ -63,6 +63,7 @@ contains
          end if
       end associate
       linear%isotropic = .false.
+      linear%linear = .true.
       law = linear
    end subroutine new_orthotropic
 

@@ -41,6 +41,7 @@ contains
          end if
       end associate
       linear%isotropic = .true.
+      linear%linear = .true.
       law = linear
    end subroutine new_st_venant_kirchhoff
 end module finshell_st_venant_kirchhoff

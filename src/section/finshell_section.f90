@@ -9,12 +9,13 @@ module finshell_section
    use finshell_gauss, only: gauss_legendre, max_gauss_points
    implicit none
    private
-   public :: section_t, layer_t, ply_t, new_section, new_layered_section, formulation_s, formulation_p, default_points
+   public :: section_t, layer_t, ply_t, new_section, new_layered_section, formulation_s, formulation_p
+   public :: points_by_law, usual_points, set_points
 
    !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
    integer, parameter :: formulation_s = 1, formulation_p = 2
 
-   integer, parameter :: default_points = 3
+   integer, parameter :: points_by_law = -huge(1) !< thickness points as `usual_points` has them
    real(wp), parameter :: default_slack = 1.0e-6_wp
 
    !> A layer as the user gives it to `new_layered_section`.
@@ -22,7 +23,7 @@ module finshell_section
       class(material_t), allocatable :: law
       real(wp) :: thickness = 0 !< > 0
       real(wp) :: angle = 0 !< degrees, from the element's material direction to the layer's axis 1, about the normal
-      integer :: points = default_points !< Gauss points through the layer, 1 to 12
+      integer :: points = points_by_law !< Gauss points through the layer, 1 to 12
       real(wp) :: density = 0 !< mass per reference volume, >= 0
    end type ply_t
 
@@ -30,7 +31,9 @@ module finshell_section
       class(material_t), allocatable :: law
       real(wp) :: thickness = 0
       real(wp) :: cosine = 1, sine = 0 !< of the angle from the element's material direction to the layer's axis 1
+      real(wp) :: middle = 0 !< reference height
       integer :: points = 0
+      logical :: points_given = .false. !< otherwise they are those of the law
       real(wp) :: z(max_gauss_points) = 0 !< reference heights of the integration points
       real(wp) :: weight(max_gauss_points) = 0 !< integration weights (length)
    end type layer_t
@@ -64,7 +67,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer, intent(in), optional :: formulation !< formulation_s (default) or formulation_p
       real(wp), intent(in), optional :: beta0 !< > 0; default: by the size of each element (finshell_reference)
-      integer, intent(in), optional :: thickness_points !< Gauss points through the thickness, 1 to 12; default 3
+      integer, intent(in), optional :: thickness_points !< Gauss points through the thickness, 1 to 12; default: by the law
       real(wp), intent(in), optional :: density !< mass per reference volume, for the mass matrix only; default 0
       real(wp), intent(in), optional :: offset !< height of the midsurface above the surface of the nodes; default 0
       logical, intent(in), optional :: arc !< (S): curvature by the tangents of the arc instead of its chord; default .true.
@@ -144,10 +147,9 @@ contains
             layer%thickness = ply%thickness
             layer%cosine = cos(degree*ply%angle)
             layer%sine = sin(degree*ply%angle)
-            layer%points = ply%points
-            call gauss_legendre(layer%z(:ply%points), layer%weight(:ply%points))
-            layer%z(:ply%points) = middle + 0.5_wp*ply%thickness*layer%z(:ply%points)
-            layer%weight(:ply%points) = 0.5_wp*ply%thickness*layer%weight(:ply%points)
+            layer%middle = middle
+            layer%points_given = ply%points /= points_by_law
+            call set_points(layer, merge(ply%points, usual_points(ply%law), layer%points_given))
             section%inertia = section%inertia + ply%density*ply%thickness*[1.0_wp, middle, middle**2 + ply%thickness**2/12]
          end associate
          if (i < size(plies) .and. bottom + section%offset <= 0) section%midsurface_layer = i + 1
@@ -159,6 +161,28 @@ contains
       end do
    end subroutine new_layered_section
 
+   !> Gauss points that a layer of this law needs where none are given (doc/switches.md): the error of the moment stays below 1e-4
+   !> where bending turns the curvature of the reference over (a change of 2/R), for laws of rubber.
+   pure integer function usual_points(law, curvature) result(points)
+      class(material_t), intent(in) :: law
+      real(wp), intent(in), optional :: curvature !< of the reference times the thickness of the layer, h/R; default 0
+      real(wp), parameter :: bounds(4) = [0.075_wp, 0.15_wp, 0.22_wp, 0.3_wp] !< of h/R, a point more from each on
+      points = 2
+      if (law%linear) return
+      points = merge(5, 3, law%switched) ! fibres: the stress has a kink that moves through the thickness
+      if (present(curvature)) points = points + count(curvature > bounds)
+   end function usual_points
+
+   !> Integrate a layer by so many Gauss points.
+   pure subroutine set_points(layer, points)
+      type(layer_t), intent(inout) :: layer
+      integer, intent(in) :: points !< 1 to 12
+      layer%points = points
+      call gauss_legendre(layer%z(:points), layer%weight(:points))
+      layer%z(:points) = layer%middle + 0.5_wp*layer%thickness*layer%z(:points)
+      layer%weight(:points) = 0.5_wp*layer%thickness*layer%weight(:points)
+   end subroutine set_points
+
    !> What is wrong with a layer, blank when nothing is.
    pure function complaint(ply) result(message)
       type(ply_t), intent(in) :: ply
@@ -168,7 +192,7 @@ contains
          message = 'a material law is missing'
       else if (.not. (ply%thickness > 0 .and. ply%thickness < huge(1.0_wp))) then
          message = 'thickness is '//text_of(real(ply%thickness, dp))//', expected a positive number'
-      else if (ply%points < 1 .or. ply%points > max_gauss_points) then
+      else if (ply%points /= points_by_law .and. (ply%points < 1 .or. ply%points > max_gauss_points)) then
          message = 'thickness_points is '//text_of(ply%points)//', expected 1 to '//text_of(max_gauss_points)
       else if (.not. abs(ply%angle) < huge(1.0_wp)) then
          message = 'angle is '//text_of(real(ply%angle, dp))//', expected a finite number of degrees'

@@ -37,7 +37,7 @@ class Layer:
     parameters: Mapping[str, float]
     thickness: float
     angle: float = 0.0
-    points: int = 0  # 0: 3; membranes have none
+    points: int = 0  # 0: by the law; membranes have none
     density: float = 0.0
 
 

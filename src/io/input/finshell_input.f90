@@ -10,6 +10,8 @@ module finshell_input
    use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
    use finshell_namelist, only: get, check_all_used, complain_about
    use finshell_input_common, only: check_name
+   use finshell_input_points, only: choose_points
+   use finshell_input_preset, only: preset_t, read_preset
    use finshell_input_normals, only: normals_choice_t, apply_normals
    use finshell_input_refinement, only: read_any_mesh
    use finshell_input_section, only: named_material_t, read_material, read_section, check_sections
@@ -35,6 +37,7 @@ module finshell_input
       character(len=:), allocatable :: name !< of the job: its files are NAME.vtkhdf, NAME.xdmf, NAME.history.csv
       integer :: threads = 0 !< 0: as OpenMP would
       type(solver_choice_t) :: solver
+      type(preset_t) :: preset !< of what is not given
       type(structure_t) :: structure
       type(step_t), allocatable :: steps(:)
       integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
@@ -54,8 +57,7 @@ contains
       character(len=:), allocatable :: text
 
       call read_namelist(file_name, namelist, error, text)
-      if (allocated(error)) return
-      call translate(namelist, text, file_name, input, error, levels)
+      if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error, levels)
    end subroutine read_input
 
    !> The same from a text; file_name is used in messages and to find other files.
@@ -67,17 +69,44 @@ contains
       type(namelist_t) :: namelist
 
       call parse_namelist(text, file_name, namelist, error)
-      if (allocated(error)) return
-      call translate(namelist, text, file_name, input, error)
+      if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error)
    end subroutine parse_input
 
-   !> The order of the groups in the file does not matter, but that of groups of the same name.
-   subroutine translate(namelist, text, file_name, input, error, levels)
+   !> With a preset that makes the mesh coarser, if the input without `levels` can have such a mesh: its numbers of cells may be
+   !> odd, its sets may need nodes that would go.
+   subroutine translate_preset(namelist, text, file_name, input, error, levels)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: text, file_name
       type(input_t), intent(inout) :: input
       type(error_t), allocatable, intent(inout) :: error
       integer, intent(in), optional :: levels
+      type(input_t) :: whole
+      type(error_t), allocatable :: refusal
+      logical :: refined
+
+      refined = .false.
+      if (present(levels)) refined = levels /= 0
+      call translate(namelist, text, file_name, input, error, levels)
+      if (input%preset%refine >= 0) return
+      if (refined) then
+         call translate(namelist, text, file_name, whole, refusal)
+         if (.not. allocated(refusal)) return
+      else if (.not. allocated(error)) then
+         return
+      end if
+      if (allocated(error)) deallocate (error)
+      input = input_t()
+      call translate(namelist, text, file_name, input, error, levels, same_mesh=.true.)
+   end subroutine translate_preset
+
+   !> The order of the groups in the file does not matter, but that of groups of the same name.
+   subroutine translate(namelist, text, file_name, input, error, levels, same_mesh)
+      type(namelist_t), intent(inout) :: namelist
+      character(len=*), intent(in) :: text, file_name
+      type(input_t), intent(inout) :: input
+      type(error_t), allocatable, intent(inout) :: error
+      integer, intent(in), optional :: levels
+      logical, intent(in), optional :: same_mesh !< whatever the preset says
       type(normals_choice_t) :: normals
 
       input%file = file_name
@@ -85,8 +114,9 @@ contains
       call check_groups(namelist, group_names, error)
       call check_counts(namelist, error)
       if (.not. allocated(error)) call translate_job(namelist, input, error)
-      if (.not. allocated(error)) call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, normals, error, &
-         levels)
+      if (present(same_mesh)) input%preset%refine = 0
+      if (.not. allocated(error)) call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, normals, input%preset, &
+         error, levels)
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
       if (.not. allocated(error)) call translate_supports(namelist, input, normals, error)
       if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
@@ -137,6 +167,7 @@ contains
             call check_name(group, 'name', input%name, error)
             call get(group, 'threads', input%threads, error, default=0, minimum=0, maximum=1024)
             call read_solver(group, input%solver, error)
+            call read_preset(group, input%preset, error)
             call check_all_used(group, error)
          end associate
       end do
@@ -196,6 +227,7 @@ contains
          if (namelist%groups(i)%name == 'mesh' .and. .not. allocated(error)) &
             call apply_normals(namelist%groups(i), folder_of(input%file), normals, input%structure, error)
       end do
+      if (.not. allocated(error)) call choose_points(input%structure, input%preset)
    end subroutine translate_supports
 
    subroutine translate_loads_and_steps(namelist, input, error)
@@ -214,7 +246,8 @@ contains
             input%load_lines = [input%load_lines, namelist%groups(i)%line]
          case ('step')
             n = n + 1
-            call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%steps(n), error)
+            call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%preset, &
+                           input%steps(n), error)
             input%step_lines = [input%step_lines, namelist%groups(i)%line]
          end select
          if (allocated(error)) return
@@ -243,8 +276,11 @@ contains
          end do
       end do
       do i = 1, size(namelist%groups)
-         if (namelist%groups(i)%name == 'output') call read_output(namelist%groups(i), input%output, error)
+         if (namelist%groups(i)%name == 'output') call read_output(namelist%groups(i), input%preset, input%output, error)
       end do
+      if (.not. (input%preset%single .and. input%output%fields)) return
+      input%output%single = .true.
+      call input%preset%note('precision', "'single'")
    end subroutine translate_output
 
    !> 'folder/' of 'folder/file', '' of 'file'.

@@ -5,6 +5,7 @@ module finshell_input_output
    use finshell_mesh, only: mesh_t
    use finshell_monitor, only: monitor_t, output_t, reduce_mean, reduce_sum, reduce_names
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
+   use finshell_input_preset, only: preset_t
    use finshell_input_common, only: get_set, get_component, position_of, check_name, kind_node, kind_element
    use finshell_result_fields, only: result_field_t, result_fields, find_field, field_names, on_nodes, on_elements, on_structure
    use finshell_section, only: section_t
@@ -93,8 +94,9 @@ contains
    end subroutine read_choice
 
    !> &output: what goes into the result file, and how often.
-   subroutine read_output(group, output, error)
+   subroutine read_output(group, preset, output, error)
       type(group_t), intent(inout) :: group
+      type(preset_t), intent(inout) :: preset !< not `single` where `precision` is given
       type(output_t), intent(out) :: output
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
@@ -107,9 +109,10 @@ contains
       call get(group, 'every', output%every, error, default=output%every, minimum=0)
       call get(group, 'restart', output%restart, error, default=output%restart)
       call get(group, 'compress', output%compress, error, default=output%compress, minimum=0, maximum=9)
-      call get(group, 'precision', precision, error, default='double', choices='double, single')
+      call get(group, 'precision', precision, error, default='', choices='double, single')
       call check_all_used(group, error)
       if (allocated(error)) return
+      if (has(group, 'precision')) preset%single = .false.
       output%single = precision == 'single'
       output%fields = output%every > 0
       if (size(fields) == 0) return

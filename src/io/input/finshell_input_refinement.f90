@@ -4,6 +4,7 @@ module finshell_input_refinement
    use finshell_error, only: error_t, text_of
    use finshell_input_common, only: place_error
    use finshell_input_mesh, only: read_mesh
+   use finshell_input_preset, only: preset_t
    use finshell_input_normals, only: apply_normals, crease_edges, normals_choice_t
    use finshell_input_sets, only: read_element_set, read_node_set
    use finshell_input_support, only: read_supports
@@ -19,23 +20,23 @@ module finshell_input_refinement
    public :: read_any_mesh
 
    integer, parameter :: most_levels = 8
+   integer, parameter :: fewest = 8 !< elements that a preset leaves
    real(wp), parameter :: most_nodes = 2.0e8_wp
 
 contains
 
-   !> Groups &mesh, &node_set and &element_set. The key `refine` and `levels` add up.
+   !> Groups &mesh, &node_set and &element_set. The key `refine`, or what the preset has instead, and `levels` add up.
    !>
    !> Generators make a finer or coarser mesh of their own surface. Meshes of files, and those whose nodes or elements the input
    !> knows by number, are cut triangle by triangle, on a smooth surface through their nodes unless `normals` is 'facet'.
-   subroutine read_any_mesh(namelist, folder, mesh, normals, error, levels)
+   subroutine read_any_mesh(namelist, folder, mesh, normals, preset, error, levels)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: folder !< prefix of file names
       type(mesh_t), intent(out) :: mesh
       type(normals_choice_t), intent(out) :: normals !< for apply_normals
+      type(preset_t), intent(inout) :: preset !< its `refine` becomes 0 where it is not taken
       type(error_t), allocatable, intent(inout) :: error
       integer, intent(in), optional :: levels
-      type(set_t), allocatable :: former(:)
-      type(mesh_t) :: bare
       integer :: at, refine
       if (allocated(error)) return
       do at = 1, size(namelist%groups)
@@ -43,23 +44,48 @@ contains
       end do
       call get(namelist%groups(at), 'refine', refine, error, default=0, minimum=-most_levels, maximum=most_levels)
       if (allocated(error)) return
+      if (has(namelist%groups(at), 'refine')) preset%refine = 0
+      ! triangles that were read cannot be joined
+      if (preset%refine < 0 .and. knows_numbers(namelist, namelist%groups(at))) preset%refine = 0
+      refine = refine + preset%refine
       if (present(levels)) refine = refine + levels
-      call read_mesh(namelist%groups(at), folder, mesh, normals, 0, error)
+      call read_refined(namelist, namelist%groups(at), folder, refine, mesh, normals, error)
+      if (preset%refine /= 0) call preset%note('refine', text_of(preset%refine))
+      if (.not. allocated(error)) then
+         if (preset%refine < 0 .and. size(mesh%triangles, 2) < fewest) &
+            call complain_about(namelist%groups(at), '', 'the coarser mesh has too few elements', error)
+      else if (preset%refine > 0) then
+         error%message = error%message//' ('//preset%summary()//'; refine = 0 in &mesh leaves the mesh as it is)'
+      end if
+   end subroutine read_any_mesh
+
+   !> The mesh with its sets, at a level of refinement.
+   subroutine read_refined(namelist, group, folder, refine, mesh, normals, error)
+      type(namelist_t), intent(inout) :: namelist
+      type(group_t), intent(inout) :: group !< &mesh
+      character(len=*), intent(in) :: folder
+      integer, intent(in) :: refine
+      type(mesh_t), intent(out) :: mesh
+      type(normals_choice_t), intent(out) :: normals
+      type(error_t), allocatable, intent(inout) :: error
+      type(set_t), allocatable :: former(:)
+      type(mesh_t) :: bare
+      call read_mesh(group, folder, mesh, normals, 0, error)
       if (allocated(error)) return
       if (refine /= 0) bare = mesh
       call read_sets(namelist, mesh, error)
       if (refine == 0) return
-      if (knows_numbers(namelist, namelist%groups(at))) then
-         call cut_triangles(namelist, namelist%groups(at), folder, normals, refine, bare, mesh, error)
+      if (knows_numbers(namelist, group)) then
+         call cut_triangles(namelist, group, folder, normals, refine, bare, mesh, error)
       else
          ! a set may exist in the refined mesh only, as the middle of an odd number of cells
          if (allocated(error)) deallocate (error)
          call move_alloc(mesh%node_sets, former)
-         call read_mesh(namelist%groups(at), folder, mesh, normals, refine, error)
+         call read_mesh(group, folder, mesh, normals, refine, error)
          if (.not. allocated(error)) call read_sets(namelist, mesh, error)
          call move_alloc(former, mesh%former_node_sets)
       end if
-   end subroutine read_any_mesh
+   end subroutine read_refined
 
    subroutine read_sets(namelist, mesh, error)
       type(namelist_t), intent(inout) :: namelist

@@ -7,6 +7,7 @@ module finshell_input_step
    use finshell_step, only: control_volume, control_linear, control_buckling, snap_ignore, snap_mark, snap_refuse
    use finshell_step, only: mixed_always, mixed_never
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
+   use finshell_input_preset, only: preset_t
    use finshell_input_common, only: get_set, get_component, kind_node, kind_element
    implicit none
    private
@@ -15,10 +16,11 @@ module finshell_input_step
 contains
 
    !> &step: how the path is followed. The defaults are those of finshell_step.
-   subroutine read_step(group, mesh, default_name, step, error)
+   subroutine read_step(group, mesh, default_name, preset, step, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
       character(len=*), intent(in) :: default_name
+      type(preset_t), intent(inout) :: preset
       type(step_t), intent(out) :: step
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: control
@@ -42,7 +44,7 @@ contains
       end if
       call read_targets(group, mesh, step, error)
       call read_increments(group, step, error)
-      call read_convergence(group, step%convergence, error)
+      call read_convergence(group, preset, step%convergence, error)
       call check_all_used(group, error)
    end subroutine read_step
 
@@ -136,23 +138,33 @@ contains
       step%locate = step%locate .or. step%switch_branch > 0
    end subroutine read_following
 
-   !> A preset, and what deviates from it.
-   subroutine read_convergence(group, convergence, error)
+   !> The tolerances of the preset, or those that `tolerance` names, and what deviates from them.
+   subroutine read_convergence(group, preset, convergence, error)
       type(group_t), intent(inout) :: group
+      type(preset_t), intent(inout) :: preset
       type(convergence_t), intent(inout) :: convergence
       type(error_t), allocatable, intent(inout) :: error
-      character(len=:), allocatable :: preset
+      character(len=:), allocatable :: word
       type(error_t), allocatable :: refusal
       logical :: mixed
 
-      call get(group, 'tolerance', preset, error, default='paper', choices='paper, tight')
+      call get(group, 'tolerance', word, error, default='', choices='paper, tight')
       if (allocated(error)) return
-      call convergence_preset(preset, convergence, refusal)
+      if (has(group, 'tolerance')) then
+         call convergence_preset(word, convergence, refusal)
+      else
+         convergence%residual = preset%convergence%residual
+         convergence%correction = preset%convergence%correction
+      end if
       if (allocated(refusal)) then
          call complain_about(group, 'tolerance', refusal%message, error)
          return
       end if
       associate (c => convergence)
+         if (.not. (has(group, 'tolerance') .or. has(group, 'residual_tolerance'))) &
+            call preset%note_tolerance('residual_tolerance', c%residual)
+         if (.not. (has(group, 'tolerance') .or. has(group, 'correction_tolerance'))) &
+            call preset%note_tolerance('correction_tolerance', c%correction)
          call get(group, 'residual_tolerance', c%residual, error, default=c%residual, above=0.0_wp)
          call get(group, 'correction_tolerance', c%correction, error, default=c%correction, above=0.0_wp)
          call get(group, 'maximum_iterations', c%maximum_iterations, error, default=c%maximum_iterations, minimum=1)
