@@ -42,7 +42,7 @@ def main():
     parser.add_argument("--page", action="store_true")
     parser.add_argument("--store", type=Path, default=run.ROOT / "build" / "accuracy.csv")
     options = parser.parse_args()
-    if not options.page and not os.access(run.PROGRAM, os.X_OK):
+    if not os.access(run.PROGRAM, os.X_OK):
         sys.exit(f"{run.PROGRAM} is not there: `make build` first")
     names, presets = [n for n in options.only.split(",") if n], [p for p in options.presets.split(",") if p] or list(points.PRESETS)
     for word, known in [(n, [p.name for p in PROBLEMS]) for n in names] + [(p, points.PRESETS) for p in presets]:
@@ -56,7 +56,8 @@ def main():
     missing = [f"{p.name} {preset}" for p in problems for preset in presets if preset not in found.get(p.name, {})]
     if missing:
         sys.exit(f"accuracy.py: {options.store} has no {', '.join(missing)}: run without --page first")
-    text = [HEAD.format(date=datetime.date.today(), cpu=machine(), limit=options.limit), "## At equal error", page.summary(found, rivals, exact), "## The aims of the presets", AIMS, page.aims(found, presets)]
+    start = points.start()
+    text = [HEAD.format(date=datetime.date.today(), cpu=machine(), limit=options.limit, start=f"{start:.3f}"), "## At equal error", page.summary(found, rivals, exact, start), "## The aims of the presets", AIMS, page.aims(found, presets)]
     pictures = run.ROOT / "doc" / "pictures"
     for problem in problems:
         name = f"accuracy_{problem.name}.svg"

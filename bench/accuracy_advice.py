@@ -7,8 +7,11 @@ of meshes, and the programs that users would take instead, on the same problems.
 
 - *Error*: the worst of the monitors of a problem, per cent of the reference. References are exact where there is an exact value; where the published one has too few digits or comes from one
   coarse mesh, it is the limit of fine meshes, and each section says which and how far it may be trusted (`bench/accuracy_references.csv`).
-- *CPU*: user and system time of the whole process, reading, results and start (0.01 s) included; without a result file. *Peers*: the same less the time of their imports (Kratos 1 to 2 s,
-  NGSolve and OpenSees 0.3 s), so short runs flatter them; CalculiX: of `ccx`. Each peer takes its load in the cheapest of four numbers of steps.
+- *CPU*: user and system time of the whole process, reading and start included, without a result file. *Peers*: the same less the time of their imports (Kratos 1 to 2 s, NGSolve and OpenSees
+  0.3 s); CalculiX: of `ccx`. Each peer takes its load in the cheapest of four numbers of steps. So that like is compared with like, the start of our program ({start} s) is taken off in the
+  table "At equal error", and nowhere else.
+- *At equal error*: interpolated in logarithms along the best of each; at 1 %, and at the smallest error that both reach. An error that grows again on a finer mesh was small by a change of
+  sign: it counts as large as on the finer ones. Nothing is extrapolated: an error that a peer did not reach in its time (10 to 40 s a run) is not compared.
 - Figures of peers are stored with date, machine and version in `bench/accuracy_peers.csv`; `bench/accuracy_peers.py` measures them anew and says how to install them. Ours are run anew each time.
 - *Mesh*: of the input. `fast` makes it once coarser where it can, `reference` twice finer ([namelist.md](namelist.md)), so their curves begin elsewhere.
 - Ladders end where the next mesh would take more than {limit:g} s.

@@ -47,7 +47,7 @@ def floor(exact):
 
 
 def ratio_rows(ours, rivals, exact):
-    """(error, our CPU, peer, its CPU, ratio) at 1 % and at the smallest error that both reach."""
+    """(error, our CPU, peer, its CPU, ratio) at 1 % and at the smallest error that both reach; ours: ladders, rivals: name -> ladder."""
     rows = []
     smallest = points.common_error(ours, rivals, floor(exact))
     for error in sorted({e for e in (1.0, smallest) if e is not None}, reverse=True):
@@ -84,22 +84,21 @@ def section(problem, ours, rivals, exact, picture):
     return "\n\n".join(text)
 
 
-def summary(everything, rivals, exact):
-    lines = ["| problem | error % | finshell CPU s | best peer | CPU s | ratio | goal of 20 |", "|---|---|---|---|---|---|---|"]
+def summary(everything, rivals, exact, start):
+    lines = ["| problem | error % | finshell CPU s | best peer | CPU s | ratio | at least 20 |", "|---|---|---|---|---|---|---|"]
     for problem in PROBLEMS:
         if problem.name not in everything:
             continue
-        together = [p for line in everything[problem.name].values() for p in line]
-        rows = ratio_rows(together, rivals.get(problem.name, {}), exact[problem.name])
+        rows = ratio_rows(points.without_start(everything[problem.name].values(), start), rivals.get(problem.name, {}), exact[problem.name])
         if not rows:
             lines.append(f"| {problem.name} | | | {'no peer reaches it' if problem.name in rivals else 'no peer can run it'} | | | |")
         for error, mine, name, cost, ratio in rows:
-            lines.append(f"| {problem.name} | {error:.3g} | {seconds(mine)} | {NAMES[name]} | {seconds(cost)} | {ratio:.3g} | {'yes' if ratio >= GOAL else 'no'} |")
+            lines.append(f"| {problem.name} | {error:.3g} | {seconds(mine)} | {NAMES[name]} | {seconds(cost)} | {ratio:.3g} | {'yes' if ratio >= GOAL else f'no: {problem.less}'} |")
     return "\n".join(lines)
 
 
 def aims(everything, presets):
-    """Errors of the examples as they are, by preset, and the finest mesh that still was run."""
+    """Errors of the examples as they are, by preset, and the coarsest mesh that meets an aim where the example's does not."""
     aim = {"balanced": 1.0, "reference": 0.1}
     lines = ["| problem | mesh of the example | " + " | ".join(f"{p}: error % | CPU s" for p in presets) + " | balanced ≤ 1 % | reference ≤ 0.1 % |", "|---|---|" + "---|---|" * len(presets) + "---|---|"]
     for problem in PROBLEMS:
@@ -110,13 +109,12 @@ def aims(everything, presets):
         for p in presets:
             cells += [percent(at[p].error) if at[p] else "–", seconds(at[p].cpu) if at[p] else "–"]
         for p, limit in aim.items():
-            if not at.get(p) or at[p].error is None:
-                verdicts.append("–")
-            elif at[p].error <= limit:
-                verdicts.append("yes")
+            reached = next((q for q in everything[problem.name].get(p, ()) if q.error is not None and q.error <= limit), None)
+            if at.get(p) and at[p].error is not None:
+                verdict = "yes" if at[p].error <= limit else "no"
             else:
-                finer = next((q for q in everything[problem.name][p] if q.error is not None and q.error <= limit), None)
-                verdicts.append(f"no; {finer.mesh} in {seconds(finer.cpu)} s" if finer else "no")
+                verdict = "not run" if not reached else "yes, already"
+            verdicts.append(verdict if verdict in ("yes", "not run") else f"{verdict}: {reached.mesh} in {seconds(reached.cpu)} s" if reached else "no, see its section")
         lines.append(f"| {problem.name} | {own} | " + " | ".join(cells + verdicts) + " |")
     return "\n".join(lines)
 

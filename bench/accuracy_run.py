@@ -1,6 +1,9 @@
 """Our side of doc/accuracy.md: an input on a mesh with a preset, its error and its CPU time; references; points of peers; comparison at equal error."""
 import csv
-from dataclasses import dataclass
+import os
+import resource
+import subprocess
+from dataclasses import dataclass, replace
 from math import exp, isfinite, log
 from pathlib import Path
 
@@ -104,18 +107,43 @@ def peers(exact):
     return found
 
 
-def frontier(points):
-    """(CPU, error) of the runs that no cheaper one beats, from cheap to exact."""
+def start(times=9):
+    """CPU seconds of a start of the program that does nothing: the least of some."""
     found = []
-    for cpu, error in sorted((max(p.cpu, 1e-3), max(p.error, 1e-4)) for p in points if p.error is not None):
+    for _ in range(times):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([run.PROGRAM, "--version"], capture_output=True, check=True, env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        found.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return min(found)
+
+
+def without_start(lines, seconds):
+    """The ladders without the start of the program, as those of peers are without their imports."""
+    return [[replace(p, cpu=max(p.cpu - seconds, 1e-3)) for p in line] for line in lines]
+
+
+def settled(line):
+    """(CPU, error) of a ladder from coarse to fine. An error that grows again on a finer mesh was small by a change of sign: it counts as large as on all finer meshes."""
+    found, worst_finer = [], 1e-4
+    for p in reversed([p for p in line if p.error is not None]):
+        worst_finer = max(worst_finer, p.error)
+        found.append((max(p.cpu, 1e-3), worst_finer))
+    return found
+
+
+def frontier(lines):
+    """(CPU, error) of the runs of some ladders that no cheaper one beats, from cheap to exact."""
+    found = []
+    for cpu, error in sorted(point for line in lines for point in settled(line)):
         if not found or error < found[-1][1]:
             found.append((cpu, error))
     return found
 
 
-def cpu_at(points, error):
+def cpu_at(lines, error):
     """CPU seconds for an error, interpolated along the frontier in logarithms; None: not reached. A coarser mesh than the first is not assumed to be cheaper."""
-    line = frontier(points)
+    line = frontier(lines)
     if not line or line[-1][1] > error * (1 + 1e-9):
         return None
     if line[0][1] <= error:
@@ -127,18 +155,16 @@ def cpu_at(points, error):
 
 
 def compare(ours, rivals, error):
-    """(our CPU, name of the cheapest peer, its CPU) at this error; None where one does not reach it."""
-    costs = {name: cost for name, points in rivals.items() if (cost := cpu_at(points, error)) is not None}
+    """(our CPU, name of the cheapest peer, its CPU) at this error; None where one does not reach it. ours: ladders; rivals: name -> ladder."""
+    costs = {name: cost for name, line in rivals.items() if (cost := cpu_at([line], error)) is not None}
     best = min(costs, key=costs.get) if costs else None
     return cpu_at(ours, error), best, costs.get(best)
 
 
 def common_error(ours, rivals, floor):
     """The smallest error that we and at least one peer reach, not below what the reference can tell; None: no peer."""
-    best = [min((e for _, e in frontier(points)), default=None) for points in rivals.values()]
-    best = [e for e in best if e is not None]
-    mine = min((e for _, e in frontier(ours)), default=None)
-    return max(mine, min(best), floor) if best and mine is not None else None
+    best, mine = frontier(rivals.values()), frontier(ours)
+    return max(mine[-1][1], best[-1][1], floor) if best and mine else None
 
 
 COLUMNS = ("problem", "preset", "mesh", "cpu_s", "error_percent", "increments", "iterations", "values", "failed")

@@ -50,21 +50,26 @@ class Command(unittest.TestCase):
 
 class Comparison(unittest.TestCase):
     ours = [points.Point("a", 0.1, 1.0), points.Point("b", 1.0, 0.01), points.Point("worse", 2.0, 0.5), points.Point("stopped", 3.0)]
+    lines = [ours[:2], ours[2:]]
     rivals = {"kratos_thin": [points.Point("a", 1.0, 2.0), points.Point("b", 100.0, 0.1)], "ngs_2": [points.Point("a", 50.0, 3.0)]}
 
     def test_frontier(self):
-        self.assertEqual(points.frontier(self.ours), [(0.1, 1.0), (1.0, 0.01)])
+        first, second, *last = self.ours
+        self.assertEqual(points.frontier([[first, second], last]), [(0.1, 1.0), (1.0, 0.01)])
+
+    def test_an_error_that_grows_again_was_luck(self):
+        self.assertEqual(points.frontier([[points.Point("lucky", 0.1, 0.001), points.Point("finer", 1.0, 0.3), points.Point("finest", 9.0, 0.1)]]), [(0.1, 0.3), (9.0, 0.1)])
 
     def test_interpolation_in_logarithms(self):
-        self.assertAlmostEqual(points.cpu_at(self.ours, 0.1), 10 ** -0.5)
-        self.assertEqual(points.cpu_at(self.ours, 5.0), 0.1)
-        self.assertIsNone(points.cpu_at(self.ours, 0.001))
+        self.assertAlmostEqual(points.cpu_at(self.lines, 0.1), 10 ** -0.5)
+        self.assertEqual(points.cpu_at(self.lines, 5.0), 0.1)
+        self.assertIsNone(points.cpu_at(self.lines, 0.001))
 
     def test_equal_error(self):
-        self.assertEqual(points.common_error(self.ours, self.rivals, 0.0), 0.1)
-        self.assertEqual(points.common_error(self.ours, self.rivals, 0.2), 0.2)
-        self.assertIsNone(points.common_error(self.ours, {"kratos_thin": [points.Point("a", 1.0)]}, 0.0))
-        mine, name, cost = points.compare(self.ours, self.rivals, 0.1)
+        self.assertEqual(points.common_error(self.lines, self.rivals, 0.0), 0.1)
+        self.assertEqual(points.common_error(self.lines, self.rivals, 0.2), 0.2)
+        self.assertIsNone(points.common_error(self.lines, {"kratos_thin": [points.Point("a", 1.0)]}, 0.0))
+        mine, name, cost = points.compare(self.lines, self.rivals, 0.1)
         self.assertEqual((name, round(cost, 9)), ("kratos_thin", 100.0))
         self.assertAlmostEqual(mine, 10 ** -0.5)
 
