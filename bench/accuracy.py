@@ -64,7 +64,7 @@ def main():
         text.append(page.section(problem, found[problem.name], rivals.get(problem.name, {}), exact[problem.name], f"pictures/{name}"))
         if not part:
             page.figure(problem, found[problem.name], rivals.get(problem.name, {}), pictures / name)
-    text += ["## What to choose when", page.choose(found, presets), ADVICE]
+    text += ["## What to choose when", page.choose(found), ADVICE]
     whole = "\n\n".join(part_.strip("\n") for part_ in text) + "\n"
     if part:
         print(whole)

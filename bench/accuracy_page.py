@@ -34,6 +34,7 @@ def figure(problem, ours, rivals, path):
             axes.loglog([p.cpu for p in shown], [max(p.error, 1e-4) for p in shown], MARKS[name] + "--", color="0.45", lw=0.7, ms=4, label=NAMES[name])
     axes.set_xlabel("CPU s")
     axes.set_ylabel("error %")
+    axes.minorticks_off()
     axes.grid(True, which="major", lw=0.3)
     axes.legend(fontsize=6, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     fig.tight_layout()
@@ -91,7 +92,7 @@ def summary(everything, rivals, exact, start):
             continue
         rows = ratio_rows(points.without_start(everything[problem.name].values(), start), rivals.get(problem.name, {}), exact[problem.name])
         if not rows:
-            lines.append(f"| {problem.name} | | | {'no peer reaches it' if problem.name in rivals else 'no peer can run it'} | | | |")
+            lines.append(f"| {problem.name} | | | {'no peer gets to the end' if problem.name in rivals else 'not tried' if problem.peer else 'no peer can run it'} | | | |")
         for error, mine, name, cost, ratio in rows:
             lines.append(f"| {problem.name} | {error:.3g} | {seconds(mine)} | {NAMES[name]} | {seconds(cost)} | {ratio:.3g} | {'yes' if ratio >= GOAL else f'no: {problem.less}'} |")
     return "\n".join(lines)
@@ -119,15 +120,15 @@ def aims(everything, presets):
     return "\n".join(lines)
 
 
-def choose(everything, presets):
-    """Cheapest preset and mesh for an error."""
-    lines = ["| problem | for 1 % | CPU s | for 0.1 % | CPU s |", "|---|---|---|---|---|"]
+def choose(everything):
+    """The coarsest mesh of the ladder for an error, as it is (`balanced`)."""
+    lines = ["| problem | mesh for 1 % | CPU s | mesh for 0.1 % | CPU s |", "|---|---|---|---|---|"]
     for problem in PROBLEMS:
         if problem.name not in everything:
             continue
         cells = []
         for error in (1.0, 0.1):
-            good = [(q.cpu, p, q.mesh) for p in presets for q in everything[problem.name][p] if q.error is not None and q.error <= error]
-            cells += [f"`{min(good)[1]}`, {min(good)[2]}", seconds(min(good)[0])] if good else ["not in 12 s", "–"]
+            good = next((q for q in everything[problem.name].get("balanced", ()) if q.error is not None and q.error <= error), None)
+            cells += [good.mesh, seconds(good.cpu)] if good else ["finer than were run", "–"]
         lines.append(f"| {problem.name} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
