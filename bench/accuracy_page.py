@@ -4,7 +4,7 @@ from accuracy_problems import PROBLEMS
 
 COLOURS = {"fast": "#e08214", "balanced": "#1b7837", "reference": "#2166ac"}
 NAMES = {"kratos_thin": "Kratos thin triangle", "kratos_thick": "Kratos thick triangle", "ccx_c3d20r": "CalculiX C3D20R", "ccx_cps6": "CalculiX CPS6", "ccx_cps8r": "CalculiX CPS8R",
-         "ngs_2": "NGSolve HHJ, order 2", "ngs_3": "NGSolve HHJ, order 3", "ngs_5": "NGSolve, order 5", "os_asdt3": "OpenSees ASDShellT3", "os_nldkgt": "OpenSees ShellNLDKGT",
+         "ngs_2": "NGSolve, order 2", "ngs_3": "NGSolve, order 3", "ngs_5": "NGSolve, order 5", "os_asdt3": "OpenSees ASDShellT3", "os_nldkgt": "OpenSees ShellNLDKGT",
          "os_mitc4": "OpenSees MITC4"}
 MARKS = dict(zip(NAMES, "sD^<>PXXvh*"))
 GOAL = 20
@@ -114,8 +114,8 @@ def aims(everything, presets):
             if at.get(p) and at[p].error is not None:
                 verdict = "yes" if at[p].error <= limit else "no"
             else:
-                verdict = "not run" if not reached else "yes, already"
-            verdicts.append(verdict if verdict in ("yes", "not run") else f"{verdict}: {reached.mesh} in {seconds(reached.cpu)} s" if reached else "no, see its section")
+                verdict = "not run, see its section" if not reached else "yes, already"
+            verdicts.append(verdict if verdict in ("yes", "not run, see its section") else f"{verdict}: {reached.mesh} in {seconds(reached.cpu)} s" if reached else "no, see its section")
         lines.append(f"| {problem.name} | {own} | " + " | ".join(cells + verdicts) + " |")
     return "\n".join(lines)
 
