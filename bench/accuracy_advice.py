@@ -31,6 +31,7 @@ ADVICE = """The meshes are those of the table (`balanced`); `fast` and `referenc
 - Stretch of rubber by more than two needs the finest meshes (`disk`): there, try `finshell study INPUT.nml` ([study.md](study.md)), which measures the error of its meshes. It is worth more than
   this page for any other problem, too.
 - Large rotations of thin shells, snap-through, rubber, tissue: this program. The others take 7 to 100 times as long for the same error, or do not arrive.
-- Moderately thin shells of St. Venant-Kirchhoff material under loads that one can apply in a few steps (`line_load`): solids of second order are the nearest rival.
-- Plane panels (`cook`), and smooth linear shells (`scordelis`) to the last digit: elements of high order (NGSolve) or of second order (CalculiX) win, as three-node triangles converge with h² at
-  best, and slower at corners. Plates thicker than a twentieth of their span: Kratos's thick triangle or solids, as there is no transverse shear here."""
+- Smooth shells of stiff material under loads that can be applied in a few steps (`line_load`): elements of second and third order, shells (NGSolve) or solids (CalculiX), are the nearest rivals.
+- Plane panels (`cook`): elements of second or higher order win, by any factor when digits are wanted; three-node triangles converge with h² at best, and slower at corners.
+- Where sixteen to sixty cells are enough (`cantilever`, `roof`, `scordelis`) everything is done in hundredths of a second: choose by something else.
+- Plates thicker than a twentieth of their span: Kratos's thick triangle or solids, as there is no transverse shear here."""
