@@ -8,7 +8,7 @@ VENV := build/venv
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-extremes build benchmark lint format install clean distclean configure fpm-build fpm-run fpm-test
+.PHONY: help run test test-extremes build benchmark accuracy lint format install clean distclean configure fpm-build fpm-run fpm-test
 
 help: ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 16
@@ -44,6 +44,11 @@ compile:
 benchmark: build ## Compare examples/ with their references (doc/benchmarks.md); run the programs of bench/
 	FINSHELL_BIN=$(CURDIR)/build/bin/finshell python3 bench/benchmark.py
 	@for program in build/bin/bench_kernel build/bin/bench_capi; do [ ! -x $$program ] || { echo "== $$program"; $$program || exit 1; }; done
+
+accuracy: ## Error against CPU time: our presets on ladders of meshes, run anew, beside stored figures of other programs; writes doc/accuracy.md (ten minutes)
+	@tools/install_dependencies build accuracy
+	@$(MAKE) --no-print-directory configure compile
+	FINSHELL_BIN=$(CURDIR)/build/bin/finshell $(VENV)/bin/python bench/accuracy.py
 
 lint: ## Check style (fortitude) and indentation (findent)
 	@tools/install_dependencies test
