@@ -12,7 +12,7 @@ module finshell_frequencies
    use finshell_freedoms, only: n_nodal, ux, uz
    use finshell_linear_solver, only: linear_solver_t
    use finshell_linear_step, only: report_change
-   use finshell_mass_matrix, only: add_masses, mass_kind_t, masses_times
+   use finshell_mass_assembly, only: add_masses, mass_kind_t, masses_times
    use finshell_mode, only: ascending, normalise_mode
    use finshell_observer, only: observer_t, vibration_t
    use finshell_sparsity, only: sparsity_t

@@ -76,7 +76,7 @@ module finshell_step
       real(wp) :: load_scale = 0 !< arc-length: weight of the load factor in the length, 0 cylindrical, 1 spherical
       integer :: modes = 4 !< buckling, frequencies: number of modes
       real(wp) :: near = 0 !< modes nearest to this load factor or frequency; 0: the lowest above the present one, or of all
-      integer :: mass = mass_higher_order !< frequencies: the mass matrix (finshell_mass_matrix)
+      integer :: mass = mass_higher_order !< frequencies: the mass matrix (finshell_mass_assembly)
       logical :: rotatory = .true. !< with the inertia of the thickness against rotation
       !> Displacement and volume control: arc-length stands in where the prescribed quantity turns round.
       logical :: switch_control = .true.

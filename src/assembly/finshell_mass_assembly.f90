@@ -1,5 +1,5 @@
 !> The mass matrix of a structure, in the pattern of its tangent, and its products with nodal motions.
-module finshell_mass_matrix
+module finshell_mass_assembly
    use finshell_kinds, only: wp, i4
    use finshell_assembly, only: assembly_t, add_element_contributions
    use finshell_discretisation, only: gather_motion, freedoms
@@ -164,4 +164,4 @@ contains
       normal = cross_product(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
       if (norm2(normal) > 0) normal = normal/norm2(normal)
    end function facet_normal
-end module finshell_mass_matrix
+end module finshell_mass_assembly
