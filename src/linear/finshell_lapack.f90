@@ -3,7 +3,7 @@ module finshell_lapack
    use finshell_kinds, only: dp
    implicit none
    private
-   public :: dpotrf, dpotrs, dsyrk, dsytrf, dsytrs, dtrmv
+   public :: dlauum, dpotrf, dpotrs, dsytrf, dsytrs, dtrmv
 
    interface
       !> Cholesky's factor of a dense matrix, in its place.
@@ -46,14 +46,14 @@ module finshell_lapack
          integer, intent(out) :: info
       end subroutine dsytrs
 
-      !> C = alpha A A^T + beta C, one triangle of C.
-      subroutine dsyrk(uplo, trans, n, k, alpha, a, lda, beta, c, ldc)
+      !> U U^T or L^T L of a triangle, in its place.
+      subroutine dlauum(uplo, n, a, lda, info)
          import :: dp
-         character, intent(in) :: uplo, trans
-         integer, intent(in) :: n, k, lda, ldc
-         real(dp), intent(in) :: alpha, beta, a(lda, *)
-         real(dp), intent(inout) :: c(ldc, *)
-      end subroutine dsyrk
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda
+         real(dp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: info
+      end subroutine dlauum
 
       !> x = A x or A^T x of a triangle.
       subroutine dtrmv(uplo, trans, diag, n, a, lda, x, incx)

@@ -14,7 +14,7 @@ module finshell_parts
    use finshell_dissection, only: dissect, elimination_order, separator, sub_pattern
    use finshell_error, only: error_t, raise
    use finshell_kinds, only: dp
-   use finshell_lapack, only: dpotrf, dpotrs, dsytrf, dsytrs, dsyrk, dtrmv
+   use finshell_lapack, only: dpotrf, dpotrs, dlauum, dsytrf, dsytrs, dtrmv
    use finshell_sparsity, only: sparsity_t
    use finshell_status, only: status_invalid_argument
    implicit none
@@ -31,7 +31,7 @@ module finshell_parts
       type(sparsity_t) :: own !< pattern
       integer, allocatable :: source(:) !< of its entries, among those of the matrix
       real(dp), allocatable :: corner(:, :) !< L_bb
-      real(dp), allocatable :: share(:, :) !< of the complement
+      real(dp), allocatable :: share(:, :) !< of the complement, its rows and columns in reverse order
       real(dp), allocatable :: x(:, :) !< while a solution is made
       type(pivots_t) :: pivots
       type(error_t), allocatable :: error
@@ -146,7 +146,7 @@ contains
       logical, intent(in) :: definite
       type(pivots_t), intent(out) :: pivots
       type(error_t), allocatable, intent(out) :: error
-      integer :: i, j, k, p
+      integer :: i, j, k, m, p
 
       self%ready = .false.
       self%schur = 0
@@ -166,9 +166,10 @@ contains
       if (.not. all(self%part%pivots%ok)) return
       do k = 1, size(self%part)
          associate (part => self%part(k))
-            do j = 1, size(part%at)
-               do i = j, size(part%at) ! both ascend
-                  self%schur(part%at(i), part%at(j)) = self%schur(part%at(i), part%at(j)) + part%share(i, j)
+            m = size(part%at)
+            do j = 1, m
+               do i = j, m ! both ascend
+                  self%schur(part%at(i), part%at(j)) = self%schur(part%at(i), part%at(j)) + part%share(m + 1 - i, m + 1 - j)
                end do
             end do
          end associate
@@ -187,7 +188,7 @@ contains
       type(part_t), intent(inout) :: part
       real(dp), intent(in) :: values(:), scale(:) !< of the whole matrix
       real(dp), allocatable :: own(:), d(:)
-      integer :: i, j, m, p
+      integer :: i, info, j, m, p
 
       own = values(part%source)
       do j = part%inner + 1, part%own%n
@@ -202,11 +203,13 @@ contains
       m = size(part%at)
       if (m == 0) return
       call part%solver%corner(part%corner)
-      call dsyrk('L', 'N', m, m, 1.0_dp, part%corner, m, 0.0_dp, part%share, m)
+      ! L L^T, for which LAPACK has U U^T: both ways round
+      part%share = part%corner(m:1:-1, m:1:-1)
+      call dlauum('U', m, part%share, m, info)
       do j = 1, m
          do p = part%own%column_pointer(part%inner + j), part%own%column_pointer(part%inner + j + 1) - 1
             i = part%own%row(p) - part%inner
-            part%share(i, j) = part%share(i, j) - own(p)
+            part%share(m + 1 - i, m + 1 - j) = part%share(m + 1 - i, m + 1 - j) - own(p)
          end do
       end do
    end subroutine factorise_part
