@@ -37,6 +37,7 @@ module finshell_cholmod
       procedure :: solve_lower
       procedure :: solve_upper
       procedure :: corner
+      procedure :: release
       procedure :: pivots_of
       procedure :: memory
       procedure :: free
@@ -197,9 +198,7 @@ contains
          if (pivots%ok) pivots%ok = all(abs(d) > 0)
       end if
       if (.not. pivots%ok) then
-         ! Another solver will take over, perhaps: its factor shall find room.
-         if (lower) done = cholmod_change_factor(cholmod_pattern, 1, 1, 1, 1, self%definite, self%common)
-         self%current = c_null_ptr
+         call self%release()
          return
       end if
       pivots%smallest = minval(abs(d)/scale**2)
@@ -212,6 +211,15 @@ contains
       in_parallel = .false.
       !$ in_parallel = omp_in_parallel()
    end function in_parallel
+
+   !> Another solver takes over, perhaps: its factor shall find room.
+   subroutine release(self)
+      class(cholmod_t), intent(inout) :: self
+      integer(c_int) :: done
+      if (c_associated(self%definite) .and. c_associated(self%current, self%definite)) &
+         done = cholmod_change_factor(cholmod_pattern, 1, 1, 1, 1, self%definite, self%common)
+      self%current = c_null_ptr
+   end subroutine release
 
    !> See finshell_direct_solver.
    subroutine solve(self, b, x, error)

@@ -163,7 +163,12 @@ contains
       !$omp end parallel do
       call first_error(self, error)
       if (allocated(error)) return
-      if (.not. all(self%part%pivots%ok)) return
+      if (.not. all(self%part%pivots%ok)) then
+         do k = 1, size(self%part)
+            call self%part(k)%solver%release()
+         end do
+         return
+      end if
       do k = 1, size(self%part)
          associate (part => self%part(k))
             m = size(part%at)

@@ -2,7 +2,7 @@
 module finshell_input_preset
    use finshell_error, only: error_t
    use finshell_kinds, only: wp
-   use finshell_namelist, only: get, group_t
+   use finshell_namelist, only: get, group_t, has
    use finshell_step, only: convergence_t
    implicit none
    private
@@ -13,6 +13,7 @@ module finshell_input_preset
    !> The defaults of `balanced`. Prices: doc/switches.md.
    type :: preset_t
       character(len=9) :: name = 'balanced'
+      logical :: given = .false. !< by the key, and not as the default
       integer :: refine = 0 !< of the mesh; negative: where the mesh can be coarser
       integer :: more_points = 0 !< in layers of laws that are not linear, beyond what law and curvature need
       type(convergence_t) :: convergence !< its tolerances
@@ -35,6 +36,7 @@ contains
       call get(group, 'accuracy', name, error, default='balanced', choices=preset_names)
       if (allocated(error)) return
       preset%name = name
+      preset%given = has(group, 'accuracy')
       select case (preset%name)
       case ('fast')
          preset%refine = -1
