@@ -24,7 +24,7 @@ DISK = """&mesh generator = 'disk' radius = 7.5 rings = 3 portion = 'quarter' /
 &output {output} /
 """
 # procedures of the program, by switch
-RECOVERY = r"finshell_recovery_MOD|finshell_field_batch_MOD|finshell_element_fields_MOD_(?!element_fields$)|finshell_element_field_MOD_field_value"
+RECOVERY = r"finshell_recovery_MOD|finshell_field_batch_MOD|finshell_element_fields_MOD_(?!element_fields(__\d)?$)|finshell_element_field_MOD_field_value"
 FILES = r"finshell_results_MOD_(?!close)|finshell_xdmf_MOD_(?!close)|^H5|deflate"
 ENERGIES = r"_MOD_(?!standing_)\w*energ|finshell_ledger_MOD_balance"   # what loads store is one number, summed with their forces
 STABILITY = r"finshell_arpack|finshell_locate_MOD_(?!is|may|mark)"   # mark: whether there is anything to locate
