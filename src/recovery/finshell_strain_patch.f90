@@ -93,7 +93,7 @@ contains
       real(wp), intent(out) :: smooth(n_strains, 3) !< (component, point)
       real(wp) :: at(2, most), value(n_strains, most), weight(most), mean(n_strains), middle(2), moment(3)
       real(wp) :: slope(n_strains, 2), right(n_strains, 2)
-      real(wp) :: x(2), inverse(3), total
+      real(wp) :: x(2), inverse(3), reach
       integer :: list(most), i, m, n
 
       call gather_patch(s, triangles, e, list, n)
@@ -106,9 +106,12 @@ contains
             call bring(s, axes, strain(:, j), e, j, at(:, m), value(:, m))
          end associate
       end do
-      total = sum(weight(:m))
-      mean = matmul(value(:, :m), weight(:m))/total
-      middle = matmul(at(:, :m), weight(:m))/total
+      ! In lengths of the element and parts of the patch: moments are of the fourth order in the unit of length.
+      reach = sqrt(s%area(e))
+      at(:, :m) = at(:, :m)/reach
+      weight(:m) = weight(:m)/sum(weight(:m))
+      mean = matmul(value(:, :m), weight(:m))
+      middle = matmul(at(:, :m), weight(:m))
       moment = 0
       right = 0
       do i = 1, m
@@ -121,7 +124,7 @@ contains
       slope(:, 1) = right(:, 1)*inverse(1) + right(:, 2)*inverse(3)
       slope(:, 2) = right(:, 1)*inverse(3) + right(:, 2)*inverse(2)
       do i = 1, 3
-         x = matmul(points(:, i), axes(:, :, e)) - middle
+         x = matmul(points(:, i), axes(:, :, e))/reach - middle
          smooth(:, i) = mean + slope(:, 1)*x(1) + slope(:, 2)*x(2)
       end do
    end subroutine smooth_strain
