@@ -113,6 +113,7 @@ class Solver(unittest.TestCase):
             most = max(counts[len(counts)//5:])
             self.assertEqual(most, threads, (threads, solver, counts))
 
+    @unittest.skipIf("ASAN_OPTIONS" in os.environ, "the sanitizer has memory of its own")
     def test_estimates(self):
         """Memory is estimated within a factor of two; nothing is ordered unless asked for."""
         for n in (40, 80):
