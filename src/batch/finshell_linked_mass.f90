@@ -40,21 +40,20 @@ contains
       do e = 1, n_corners
          do a = 1, n_corners
             share = merge(off, on, a == mod(e + 1, n_corners) + 1)
-            call add_product(deflection(:, a), bulge(:, e), share)
-            call add_product(bulge(:, e), deflection(:, a), share)
-            call add_product(bulge(:, a), bulge(:, e), merge(itself, other, a == e))
+            call add_product(added, deflection(:, a), bulge(:, e), share)
+            call add_product(added, bulge(:, e), deflection(:, a), share)
+            call add_product(added, bulge(:, a), bulge(:, e), merge(itself, other, a == e))
          end do
       end do
       added = mass*added
-
-   contains
-
-      pure subroutine add_product(u, v, factor)
-         real(wp), intent(in) :: u(:), v(:), factor
-         integer :: k
-         do k = 1, n_shell
-            added(:, k) = added(:, k) + factor*v(k)*u
-         end do
-      end subroutine add_product
    end function linked_mass
+
+   pure subroutine add_product(matrix, u, v, factor)
+      real(wp), intent(inout) :: matrix(:, :)
+      real(wp), intent(in) :: u(:), v(:), factor
+      integer :: k
+      do k = 1, size(v)
+         matrix(:, k) = matrix(:, k) + factor*v(k)*u
+      end do
+   end subroutine add_product
 end module finshell_linked_mass
