@@ -15,7 +15,8 @@ module finshell_buckling
    use finshell_equilibrium, only: equilibrium_t
    use finshell_linear_solver, only: linear_solver_t
    use finshell_linear_step, only: linear_motion, report_change
-   use finshell_mode, only: ascending, normalise_mode
+   use finshell_mesh_sorting, only: sorted_order
+   use finshell_mode, only: normalise_mode
    use finshell_observer, only: observer_t
    use finshell_sparsity, only: sparsity_t
    use finshell_state, only: linear_change_t
@@ -72,7 +73,7 @@ contains
       call find_modes(pencil, step%modes, problem%state%load_factor, shift, factors, modes, error)
       if (allocated(error)) return
 
-      order = ascending(factors)
+      order = sorted_order(factors)
       change%alone = .true.
       problem%internal_force = 0
       problem%external_force = 0
@@ -202,7 +203,7 @@ contains
          if (allocated(error)) return
       end do
       if (.not. pencil%shifted .and. size(factors) > wanted) then
-         kept = ascending(factors)
+         kept = sorted_order(factors)
          modes = modes(:, kept(:wanted))
          factors = factors(kept(:wanted))
       end if

@@ -12,18 +12,19 @@ module finshell_frequencies
    use finshell_freedoms, only: n_nodal, ux, uz
    use finshell_linear_solver, only: linear_solver_t
    use finshell_linear_step, only: report_change
-   use finshell_mass_assembly, only: add_masses, mass_kind_t, masses_times
-   use finshell_mode, only: ascending, normalise_mode
+   use finshell_mass_assembly, only: add_masses, check_masses, mass_kind_t, masses_times
+   use finshell_mesh_sorting, only: sorted_order
+   use finshell_mode, only: normalise_mode
    use finshell_observer, only: observer_t, vibration_t
    use finshell_sparsity, only: sparsity_t
    use finshell_state, only: linear_change_t
-   use finshell_status, only: status_invalid_argument, status_not_converged, status_singular_matrix
+   use finshell_status, only: status_input_error, status_invalid_argument, status_not_converged, status_singular_matrix
    use finshell_step, only: step_t, control_frequencies
    use finshell_symmetric_matrix, only: make_symmetric, symmetric_pattern
    use finshell_team, only: largest_of
    implicit none
    private
-   public :: solve_frequencies
+   public :: solve_frequencies, check_vibration
 
    real(dp), parameter :: two_pi = 2*acos(-1.0_dp)
    !> Values of omega^2 below this part of the largest are rounding of K. Free plates and spheres come to 3e-17.
@@ -57,13 +58,7 @@ contains
       real(dp), allocatable :: squares(:), modes(:, :)
 
       call problem%accept()
-      if (size(problem%external%turning_nodes) > 0) then
-         call raise(error, status_invalid_argument, 'frequencies: a moment acts at node ' &
-            //text_of(problem%external%turning_nodes(1))//', which can turn about several axes; such a moment is not conservative')
-      else if (problem%has_constants .and. abs(problem%state%constant_factor - 1) > 0) then
-         call raise(error, status_invalid_argument, "frequencies: the constant loads do not act yet: a step control = 'load' " &
-            //'load_factor = 0 before this one brings them in')
-      end if
+      call check_vibration(problem, abs(problem%state%constant_factor - 1) <= 0, error)
       if (allocated(error)) return
       kind = mass_kind_t(step%mass, step%rotatory)
       call matrices(problem, kind, pencil, error)
@@ -77,6 +72,23 @@ contains
       where (abs(squares) < rounding*pencil%fastest) squares = 0
       call report(problem, kind, squares, modes, observer, error)
    end subroutine solve_frequencies
+
+   !> Refuse what has no frequencies: a section without density, turning moments, constant loads that do not act.
+   subroutine check_vibration(problem, constants_act, error)
+      type(equilibrium_t), intent(in) :: problem
+      logical, intent(in) :: constants_act
+      type(error_t), allocatable, intent(out) :: error
+      if (size(problem%external%turning_nodes) > 0) then
+         call raise(error, status_input_error, 'frequencies: a moment acts at node ' &
+            //text_of(problem%external%turning_nodes(1))//', which can turn about several axes; such a moment is not conservative')
+      else if (problem%has_constants .and. .not. constants_act) then
+         call raise(error, status_input_error, "frequencies: the constant loads do not act yet: a step control = 'load' " &
+            //'load_factor = 0 before this one brings them in')
+      else
+         call check_masses(problem%structure, error)
+         if (allocated(error)) error%message = 'frequencies: '//error%message
+      end if
+   end subroutine check_vibration
 
    subroutine matrices(problem, kind, pencil, error)
       type(equilibrium_t), intent(inout) :: problem
@@ -143,7 +155,7 @@ contains
             //' modes below '//text_of(frequency(bound))//' were not found')
          if (allocated(error)) return
       end do
-      order = ascending(squares)
+      order = sorted_order(squares)
       order = order(:min(wanted, size(order)))
       squares = squares(order)
       modes = modes(:, order)
@@ -186,7 +198,7 @@ contains
          call raise(error, status_not_converged, 'frequencies: no mode was found near '//text_of(frequency(shift)))
          return
       end if
-      order = ascending(squares)
+      order = sorted_order(squares)
       squares = squares(order)
       modes = modes(:, order)
    end subroutine find_near

@@ -1,10 +1,10 @@
-!> Order and size of modes.
+!> Size of modes.
 module finshell_mode
-   use finshell_kinds, only: wp, dp
+   use finshell_kinds, only: wp
    use finshell_freedoms, only: rx, ux, uz
    implicit none
    private
-   public :: ascending, normalise_mode
+   public :: normalise_mode
 
 contains
 
@@ -20,22 +20,4 @@ contains
       scale = sign(1/norm2(motion(first:first + 2, node)), motion(first + k - 1, node))
       motion = scale*motion
    end subroutine normalise_mode
-
-   !> The positions of numbers in ascending order.
-   pure function ascending(x) result(order)
-      real(dp), intent(in) :: x(:)
-      integer, allocatable :: order(:)
-      integer :: i, j, k
-      order = [(i, i=1, size(x))]
-      do i = 2, size(x)
-         k = order(i)
-         j = i - 1
-         do while (j >= 1)
-            if (x(order(j)) <= x(k)) exit
-            order(j + 1) = order(j)
-            j = j - 1
-         end do
-         order(j + 1) = k
-      end do
-   end function ascending
 end module finshell_mode

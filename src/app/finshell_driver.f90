@@ -19,7 +19,7 @@ module finshell_driver
    use finshell_rung, only: watch_rung, write_rung
    use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
-   use finshell_step, only: control_frequencies
+   use finshell_step, only: control_frequencies, is_in_time
    use finshell_study, only: study
    use finshell_team, only: agree, leads, shared, team_t
    use finshell_thread_choice, only: choose_threads
@@ -95,7 +95,7 @@ contains
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call choose_solver(input, shared(options%team), problem%solver%options, error)
       if (complain(error, speaks)) return
-      problem%may_float = all(input%steps%control == control_frequencies)
+      problem%may_float = all(input%steps%control == control_frequencies .or. is_in_time(input%steps%control))
       call new_equilibrium(problem, input%structure, error, options%team)
       if (allocated(error)) then
          call place_load_error(input, problem, error)

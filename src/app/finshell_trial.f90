@@ -7,11 +7,14 @@ module finshell_trial
    use finshell_error, only: error_t, raise, text_of
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_load_factor
+   use finshell_frequencies, only: check_vibration
    use finshell_input, only: input_t
    use finshell_load, only: load_t, load_nodal, load_edge
+   use finshell_mass_assembly, only: check_masses
    use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
    use finshell_status, only: status_input_error
-   use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_frequencies, control_name, leaves_state
+   use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_frequencies, control_name, is_in_time, &
+      leaves_state
    use finshell_structure, only: structure_t
    use finshell_targets, only: targets_t, new_targets
    implicit none
@@ -43,6 +46,11 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(targets_t) :: targets
 
+      if (is_in_time(step%control)) then
+         call check_masses(problem%structure, error)
+         if (allocated(error)) error%message = control_name(step%control)//': '//error%message
+         return
+      end if
       if (.not. leaves_state(step%control)) then
          if (allocated(step%volumes)) then
             call problem%watch_volume(error, step%element_set)
@@ -52,7 +60,7 @@ contains
          if (first .and. .not. allocated(error)) call new_targets(targets, step, 0.0_wp, 0.0_wp, error)
          if (allocated(error)) return
       end if
-      if (step%control == control_frequencies) call check_vibration(problem, first, error)
+      if (step%control == control_frequencies) call check_vibration(problem, .not. first, error)
       if (step%control == control_load .or. step%control == control_linear .or. step%control == control_frequencies) return
       if (step%control == control_buckling .and. size(problem%external%turning_nodes) > 0) then
          call raise(error, status_input_error, 'buckling: a moment acts at node '//text_of(problem%external%turning_nodes(1)) &
@@ -63,27 +71,6 @@ contains
       call raise(error, status_input_error, control_name(step%control)//" needs a load or a moved support that " &
          //'follows the load factor (one that is not constant, nor zero, nor on held nodes only); there is none')
    end subroutine check_step
-
-   !> What a frequency step would refuse.
-   subroutine check_vibration(problem, first, error)
-      type(equilibrium_t), intent(in) :: problem
-      logical, intent(in) :: first
-      type(error_t), allocatable, intent(out) :: error
-      integer :: k
-      if (first .and. problem%has_constants) then
-         call raise(error, status_input_error, "frequencies: the constant loads do not act yet: a step control = 'load' " &
-            //'load_factor = 0 before this one brings them in')
-         return
-      end if
-      associate (s => problem%structure)
-         do k = 1, size(s%sections)
-            if (s%sections(k)%inertia(1) > 0 .or. .not. any(s%element_section == k)) cycle
-            call raise(error, status_input_error, 'frequencies: section '//text_of(k) &
-               //' has no mass: its material needs a density > 0')
-            return
-         end do
-      end associate
-   end subroutine check_vibration
 
    !> Whether the load factor moves anything.
    pure logical function something_scales(problem) result(yes)

@@ -15,7 +15,7 @@ module finshell_mass_assembly
    use finshell_step, only: mass_higher_order, mass_lumped
    implicit none
    private
-   public :: mass_kind_t, add_masses, masses_times
+   public :: mass_kind_t, add_masses, masses_times, check_masses
 
    !> Which mass matrix.
    type :: mass_kind_t
@@ -54,6 +54,18 @@ contains
       call visit(assembly, structure, state, kind, product, error, motion=motion)
    end subroutine masses_times
 
+   !> Refuse a section without mass that elements have.
+   subroutine check_masses(structure, error)
+      type(structure_t), intent(in) :: structure
+      type(error_t), allocatable, intent(out) :: error
+      integer :: k
+      do k = 1, size(structure%sections)
+         if (structure%sections(k)%inertia(1) > 0 .or. .not. any(structure%element_section == k)) cycle
+         call raise(error, status_input_error, 'section '//text_of(k)//' has no mass: its material needs a density > 0')
+         return
+      end do
+   end subroutine check_masses
+
    !> The elements of all sections, some at a time: their masses to `values`, or times `motion` to `product`.
    subroutine visit(assembly, structure, state, kind, product, error, motion, values)
       type(assembly_t), intent(in) :: assembly
@@ -68,12 +80,10 @@ contains
       integer, allocatable :: list(:), some(:)
       integer :: e, first, k, m
 
+      call check_masses(structure, error)
+      if (allocated(error)) return
       do k = 1, size(structure%sections)
          list = pack([(e, e=1, size(structure%element_section))], structure%element_section == k)
-         if (size(list) > 0 .and. .not. structure%sections(k)%inertia(1) > 0) then
-            call raise(error, status_input_error, 'section '//text_of(k)//' has no mass: its material needs a density > 0')
-            return
-         end if
          m = freedoms(structure%sections(k))
          do first = 1, size(list), together
             some = list(first:min(size(list), first + together - 1))

@@ -1,4 +1,5 @@
-!> The state of a structure: displacements, rotations and factors. Nothing else is carried from one increment to the next.
+!> The state of a structure: displacements, rotations and factors. In motion also
+!> their rates. Nothing else is carried from one increment to the next.
 module finshell_state
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_kinds, only: wp
@@ -13,6 +14,9 @@ module finshell_state
       real(wp) :: load_factor = 0 !< of proportional loads and supports
       real(wp) :: constant_factor = 0 !< of constant loads and supports: rises to 1 before the first step
       integer :: increment = 0 !< number of converged increments
+      real(wp) :: time = 0 !< spent in steps in time
+      !> (n_nodal, nodes) rates of displacements, and spins; and their rates. Global axes. Unallocated: at rest.
+      real(wp), allocatable :: velocity(:, :), acceleration(:, :)
    end type state_t
 
    !> A linear change of a state: the result of a linear solution, or a buckling mode.

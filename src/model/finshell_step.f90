@@ -4,16 +4,20 @@ module finshell_step
    use finshell_status, only: status_invalid_argument
    use finshell_error, only: error_t, raise
    use finshell_factor, only: by_load_factor, by_constant_factor
+   use finshell_time_plan, only: time_plan_t
    implicit none
    private
    public :: step_t, convergence_t, convergence_preset, constant_ramp
    public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
    public :: control_frequencies, leaves_state, is_mode, mass_higher_order, mass_consistent, mass_lumped
+   public :: control_dynamic, control_explicit, is_in_time, scheme_generalised_alpha, scheme_conserving
    public :: prescribes_monitored, off_the_way, snap_ignore, snap_mark, snap_refuse, mixed_never, mixed_always, mixed_auto, &
       tangent_never, tangent_always, tangent_auto
 
    !> What is prescribed in an increment: the load factor; a displacement; the length of the increment; an enclosed volume.
    integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3, control_volume = 4
+   !> Steps in time: the time is prescribed.
+   integer, parameter :: control_dynamic = 21, control_explicit = 22
    !> Steps that leave the state as it is: a linear solution, linear buckling, frequencies (finshell_linear_step, finshell_buckling,
    !> finshell_frequencies).
    integer, parameter :: control_linear = 11, control_buckling = 12, control_frequencies = 13
@@ -21,6 +25,9 @@ module finshell_step
    !> Mass matrices: consistent with linear displacements; lumped, a third of each element at its nodes; of higher order: with
    !> deflections that follow the rotations between the nodes (finshell_linked_mass), of membranes the mean of the other two.
    integer, parameter :: mass_higher_order = 1, mass_consistent = 2, mass_lumped = 3
+
+   !> Schemes of implicit steps in time.
+   integer, parameter :: scheme_generalised_alpha = 1, scheme_conserving = 2
 
    !> What becomes of an increment that snaps to another state, after it has been refined.
    integer, parameter :: snap_ignore = 0, snap_mark = 1, snap_refuse = 2
@@ -89,6 +96,14 @@ module finshell_step
       !> Largest displacement of the first increment there; its sign chooses the side; 0: 1 % of the size of the structure.
       real(wp) :: branch_amplitude = 0
       type(convergence_t) :: convergence
+
+      ! Steps in time; their increments are measured in time.
+      type(time_plan_t) :: time
+      integer :: scheme = scheme_generalised_alpha
+      real(wp) :: rho_infinity = 0.8_wp !< generalised-alpha: what an increment leaves of the fastest vibrations
+      real(wp) :: time_tolerance = 1.0e-3_wp !< estimated error of an increment, relative to the motion
+      real(wp) :: mass_damping = 0 !< Rayleigh damping: times the masses, 1/time
+      real(wp) :: stiffness_damping = 0 !< Rayleigh damping: times the stiffness of the material, time
    end type step_t
 
 contains
@@ -158,6 +173,12 @@ contains
       is_mode = control == control_buckling .or. control == control_frequencies
    end function is_mode
 
+   !> Does a step with this control go through time, with inertia?
+   elemental logical function is_in_time(control)
+      integer, intent(in) :: control
+      is_in_time = control == control_dynamic .or. control == control_explicit
+   end function is_in_time
+
    !> Does a step with this control leave the state as it is?
    elemental logical function leaves_state(control)
       integer, intent(in) :: control
@@ -172,6 +193,8 @@ contains
       case (control_displacement); name = 'displacement control'
       case (control_arc_length); name = 'arc-length'
       case (control_volume); name = 'volume control'
+      case (control_dynamic); name = 'dynamic'
+      case (control_explicit); name = 'explicit'
       case (control_linear); name = 'linear'
       case (control_buckling); name = 'buckling'
       case (control_frequencies); name = 'frequencies'

@@ -5,7 +5,7 @@ module finshell_observer
    use finshell_state, only: state_t, linear_change_t
    implicit none
    private
-   public :: record_t, observer_t, vibration_t
+   public :: record_t, observer_t, vibration_t, motion_t
 
    !> Of a mode of vibration (finshell_frequencies).
    type :: vibration_t
@@ -14,6 +14,18 @@ module finshell_observer
       real(wp) :: effective_mass(3) = 0 !< along x, y, z
       real(wp) :: whole_mass = 0 !< of the structure
    end type vibration_t
+
+   !> Of a state in motion. Momenta, energies and works are those of the whole structure.
+   type :: motion_t
+      real(wp) :: time = 0
+      logical :: landing = .false. !< fields are asked for at this time
+      real(wp) :: kinetic_energy = 0
+      real(wp) :: stored_energy = 0 !< in the structure and in foundations
+      real(wp) :: work = 0 !< of loads and moved supports, since the step began
+      real(wp) :: damped = 0 !< energy taken by damping, since the step began
+      real(wp) :: momentum(3) = 0
+      real(wp) :: angular_momentum(3) = 0 !< about the origin
+   end type motion_t
 
    type :: record_t
       integer :: increment = 0 !< number of this converged increment, from 1
@@ -37,6 +49,7 @@ module finshell_observer
       logical :: stands_in = .false. !< arc-length stands in for the control of the step
       logical :: rounding = .false. !< one of them stayed above its tolerance because of rounding
       type(vibration_t) :: vibration !< of a mode
+      type(motion_t) :: motion !< of a step in time
       real(dp) :: cpu_time = 0 !< seconds since the path began
       integer :: total_increments = 0, total_iterations = 0, total_cuts = 0 !< since the path began
    end type record_t

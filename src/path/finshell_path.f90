@@ -66,6 +66,7 @@ contains
       type(targets_t) :: targets
 
       if (self%started < 0) call cpu_time(self%started)
+      if (allocated(problem%state%velocity)) deallocate (problem%state%velocity, problem%state%acceleration)
       call problem%accept()
       call self%bring_in_constants(problem, step, observer, error)
       if (allocated(error)) return

@@ -5,15 +5,19 @@ module finshell_input_step
    use finshell_mesh, only: mesh_t
    use finshell_step, only: step_t, convergence_t, convergence_preset, control_load, control_displacement, control_arc_length
    use finshell_step, only: control_volume, control_linear, control_buckling, control_frequencies
+   use finshell_step, only: control_dynamic, control_explicit, is_in_time
    use finshell_step, only: leaves_state, snap_ignore, snap_mark, snap_refuse
    use finshell_step, only: mass_consistent, mass_higher_order, mass_lumped, mixed_always, mixed_never
    use finshell_step, only: tangent_always, tangent_never
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_preset, only: preset_t
+   use finshell_input_time_step, only: read_time_step
    use finshell_input_common, only: get_set, get_component, kind_node, kind_element
    implicit none
    private
    public :: read_step
+
+   integer, parameter :: most_in_time = 10000000 !< increments of a step in time
 
 contains
 
@@ -30,12 +34,14 @@ contains
       if (allocated(error)) return
       call get(group, 'name', step%name, error, default=default_name)
       call get(group, 'control', control, error, default='load', &
-         choices='load, displacement, arc_length, volume, linear, buckling, frequencies')
+         choices='load, displacement, arc_length, volume, dynamic, explicit, linear, buckling, frequencies')
       if (allocated(error)) return
       select case (control)
       case ('displacement'); step%control = control_displacement
       case ('arc_length'); step%control = control_arc_length
       case ('volume'); step%control = control_volume
+      case ('dynamic'); step%control = control_dynamic
+      case ('explicit'); step%control = control_explicit
       case ('linear'); step%control = control_linear
       case ('buckling'); step%control = control_buckling
       case ('frequencies'); step%control = control_frequencies
@@ -45,9 +51,15 @@ contains
          call read_linear(group, step, error)
          return
       end if
-      call read_targets(group, mesh, step, error)
-      call read_increments(group, step, error)
-      call read_convergence(group, preset, step%convergence, error)
+      if (is_in_time(step%control)) then
+         call read_time_step(group, step, error)
+         call read_increment_sizes(group, step, error)
+         if (step%control == control_dynamic) call read_convergence(group, preset, step%convergence, error)
+      else
+         call read_targets(group, mesh, step, error)
+         call read_increments(group, step, error)
+         call read_convergence(group, preset, step%convergence, error)
+      end if
       call check_all_used(group, error)
    end subroutine read_step
 
@@ -110,12 +122,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       logical :: tangent
 
-      call get(group, 'first_increment', step%first_increment, error, default=step%first_increment)
-      call get(group, 'largest_increment', step%largest_increment, error, default=step%largest_increment, minimum=0.0_wp)
-      call get(group, 'smallest_increment', step%smallest_increment, error, default=step%smallest_increment, minimum=0.0_wp)
-      call get(group, 'maximum_increments', step%maximum_increments, error, default=step%maximum_increments, minimum=1)
-      call get(group, 'maximum_cuts', step%maximum_cuts, error, default=step%maximum_cuts, minimum=0)
-      call get(group, 'automatic', step%automatic, error, default=step%automatic)
+      call read_increment_sizes(group, step, error)
       call get(group, 'growth', step%growth, error, default=step%growth, minimum=1.0_wp)
       call get(group, 'wanted_iterations', step%wanted_iterations, error, default=step%wanted_iterations, minimum=0)
       call get(group, 'extrapolate', step%extrapolate, error, default=step%extrapolate)
@@ -123,13 +130,30 @@ contains
       if (has(group, 'tangent_predictor')) step%tangent_predictor = merge(tangent_always, tangent_never, tangent)
       call get(group, 'load_scale', step%load_scale, error, default=step%load_scale, minimum=0.0_wp)
       call read_following(group, step, error)
+   end subroutine read_increments
+
+   !> How large increments are, in the measure of the control: the load factor, a displacement, a volume or the time.
+   subroutine read_increment_sizes(group, step, error)
+      type(group_t), intent(inout) :: group
+      type(step_t), intent(inout) :: step
+      type(error_t), allocatable, intent(inout) :: error
+
+      call get(group, 'first_increment', step%first_increment, error, default=step%first_increment)
+      call get(group, 'largest_increment', step%largest_increment, error, default=step%largest_increment, minimum=0.0_wp)
+      call get(group, 'smallest_increment', step%smallest_increment, error, default=step%smallest_increment, minimum=0.0_wp)
+      if (is_in_time(step%control)) step%maximum_increments = most_in_time
+      call get(group, 'maximum_increments', step%maximum_increments, error, default=step%maximum_increments, minimum=1)
+      call get(group, 'maximum_cuts', step%maximum_cuts, error, default=step%maximum_cuts, minimum=0)
+      call get(group, 'automatic', step%automatic, error, default=step%automatic)
       if (allocated(error)) return
       if (step%largest_increment > 0 .and. abs(step%first_increment) > step%largest_increment) then
          call complain_about(group, 'first_increment', 'it is larger than largest_increment', error)
       else if (step%largest_increment > 0 .and. step%smallest_increment > step%largest_increment) then
          call complain_about(group, 'smallest_increment', 'it is larger than largest_increment', error)
+      else if (is_in_time(step%control) .and. step%first_increment < 0) then
+         call complain_about(group, 'first_increment', 'time goes one way', error)
       end if
-   end subroutine read_increments
+   end subroutine read_increment_sizes
 
    !> How much trust is put in an increment, and what is done about critical points.
    subroutine read_following(group, step, error)

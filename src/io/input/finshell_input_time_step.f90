@@ -1,0 +1,72 @@
+!> The group &step of steps in time.
+module finshell_input_time_step
+   use finshell_error, only: error_t, text_of
+   use finshell_kinds, only: wp
+   use finshell_namelist, only: group_t, get, has, complain_about
+   use finshell_step, only: control_dynamic, scheme_conserving, step_t
+   use finshell_time_plan, only: time_plan_t
+   implicit none
+   private
+   public :: read_time_step
+
+contains
+
+   !> What steps in time have beside increments and convergence.
+   subroutine read_time_step(group, step, error)
+      type(group_t), intent(inout) :: group
+      type(step_t), intent(inout) :: step
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: scheme
+
+      call read_plan(group, step%time, error)
+      step%final_load_factor = 1
+      if (allocated(step%time%factors)) then
+         step%final_load_factor = step%time%factors(size(step%time%factors))
+      else
+         step%final_load_factor = step%time%constant
+      end if
+      call get(group, 'mass_damping', step%mass_damping, error, default=step%mass_damping, minimum=0.0_wp)
+      if (step%control /= control_dynamic) return
+      call get(group, 'scheme', scheme, error, default='generalised_alpha', choices='generalised_alpha, conserving')
+      if (allocated(error)) return
+      if (scheme == 'conserving') step%scheme = scheme_conserving
+      call get(group, 'rho_infinity', step%rho_infinity, error, default=step%rho_infinity, minimum=0.0_wp, maximum=1.0_wp)
+      call get(group, 'time_tolerance', step%time_tolerance, error, default=step%time_tolerance, above=0.0_wp)
+      call get(group, 'stiffness_damping', step%stiffness_damping, error, default=step%stiffness_damping, minimum=0.0_wp)
+   end subroutine read_time_step
+
+   subroutine read_plan(group, plan, error)
+      type(group_t), intent(inout) :: group
+      type(time_plan_t), intent(inout) :: plan
+      type(error_t), allocatable, intent(inout) :: error
+
+      call get(group, 'duration', plan%duration, error, above=0.0_wp)
+      call get(group, 'times', plan%times, error, required=has(group, 'factors'), minimum=0.0_wp)
+      call get(group, 'factors', plan%factors, error, required=has(group, 'times'))
+      call get(group, 'load_factor', plan%constant, error, default=plan%constant)
+      call get(group, 'smooth', plan%smooth, error, default=plan%smooth)
+      call get(group, 'output_times', plan%output_times, error, required=.false., minimum=0.0_wp)
+      call get(group, 'output_interval', plan%output_interval, error, default=plan%output_interval, minimum=0.0_wp)
+      if (allocated(error)) return
+      if (size(plan%times) == 0) deallocate (plan%times, plan%factors)
+      if (size(plan%output_times) == 0) deallocate (plan%output_times)
+      if (allocated(plan%times)) then
+         if (has(group, 'load_factor')) then
+            call complain_about(group, 'load_factor', 'the load factor is given over time by times and factors', error)
+         else if (size(plan%times) /= size(plan%factors)) then
+            call complain_about(group, 'factors', 'there are '//text_of(size(plan%factors))//' factors for ' &
+                                //text_of(size(plan%times))//' times', error)
+         else if (any(plan%times(2:) <= plan%times(:size(plan%times) - 1))) then
+            call complain_about(group, 'times', 'times have to rise', error)
+         end if
+      else if (plan%smooth) then
+         call complain_about(group, 'smooth', 'it is between times, and none are given', error)
+      end if
+      if (allocated(error) .or. .not. allocated(plan%output_times)) return
+      if (any(plan%output_times(2:) <= plan%output_times(:size(plan%output_times) - 1))) then
+         call complain_about(group, 'output_times', 'times have to rise', error)
+      else if (maxval(plan%output_times) > plan%duration) then
+         call complain_about(group, 'output_times', 'the last is after the end of the step', error)
+      end if
+   end subroutine read_plan
+end module finshell_input_time_step

@@ -1,0 +1,75 @@
+!> What a step in time is to do: how long it lasts, the load factor over time, the times to land on. Times count from the beginning
+!> of the step.
+module finshell_time_plan
+   use finshell_kinds, only: wp
+   implicit none
+   private
+   public :: time_plan_t
+
+   type :: time_plan_t
+      real(wp) :: duration = 0
+      !> Load factors at times, ascending; between them it goes along a straight line, or smoothly, and keeps the last. Where the
+      !> first time is not 0 it begins at the factor that the step finds. Unallocated: `constant` from the beginning.
+      real(wp), allocatable :: times(:), factors(:)
+      real(wp) :: constant = 1
+      logical :: smooth = .false. !< along 3 s^2 - 2 s^3: rates of the factor are zero at the given times
+      real(wp), allocatable :: output_times(:) !< ascending
+      real(wp) :: output_interval = 0 !< and multiples of this; 0: none
+   contains
+      procedure :: factor
+      procedure :: next_landing
+      procedure :: is_output
+   end type time_plan_t
+
+   real(wp), parameter :: rounding = 1.0e-10_wp !< of the duration
+
+contains
+
+   !> The load factor at a time.
+   pure function factor(self, time, at_start)
+      class(time_plan_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp), intent(in) :: at_start !< the load factor that the step has found
+      real(wp) :: factor, before, since, part
+      integer :: i
+      factor = self%constant
+      if (.not. allocated(self%times)) return
+      before = at_start
+      since = 0
+      do i = 1, size(self%times)
+         if (time < self%times(i)) then
+            part = (time - since)/(self%times(i) - since)
+            if (self%smooth) part = part**2*(3 - 2*part)
+            factor = before + part*(self%factors(i) - before)
+            return
+         end if
+         before = self%factors(i)
+         since = self%times(i)
+      end do
+      factor = before
+   end function factor
+
+   !> The first time after this one at which an increment has to end: output, a corner of the load factor, or the end of the step.
+   pure real(wp) function next_landing(self, time)
+      class(time_plan_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp) :: after
+      after = time + rounding*self%duration
+      next_landing = self%duration
+      if (allocated(self%times)) next_landing = min(next_landing, minval(self%times, mask=self%times > after))
+      if (allocated(self%output_times)) next_landing = min(next_landing, minval(self%output_times, mask=self%output_times > after))
+      if (self%output_interval > 0) next_landing = min(next_landing, self%output_interval*(1 + floor(after/self%output_interval)))
+   end function next_landing
+
+   !> Are fields to be written at this time?
+   pure logical function is_output(self, time)
+      class(time_plan_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp) :: near
+      near = rounding*self%duration
+      is_output = abs(time - self%duration) <= near
+      if (allocated(self%output_times)) is_output = is_output .or. any(abs(time - self%output_times) <= near)
+      if (self%output_interval > 0) is_output = is_output &
+         .or. abs(time - self%output_interval*nint(time/self%output_interval)) <= near
+   end function is_output
+end module finshell_time_plan
