@@ -164,6 +164,9 @@ contains
       write (output_unit, '(5(a,i0),a)') 'finshell '//version//': ', size(input%structure%mesh%coordinates, 2), ' nodes, ', &
          size(input%structure%mesh%triangles, 2), ' elements, ', problem%n, ' unknowns, ', size(input%structure%sections), &
          ' section(s), ', size(input%steps), ' step(s)'
+      if (allocated(input%structure%mesh%notes)) then
+         if (input%structure%mesh%notes /= '') write (output_unit, '(a)') 'Mesh: '//input%structure%mesh%notes
+      end if
       if (input%preset%given) write (output_unit, '(a)') input%preset%summary()
       if (associated(options%team)) write (output_unit, '(i0,a)') options%team%members, ' processes share the work'
    end subroutine print_model

@@ -43,6 +43,7 @@ module finshell_mesh
       integer(i8), allocatable :: node_tags(:), element_tags(:)
       !> Names of sets that the file announces but leaves empty, each in ".
       character(len=:), allocatable :: empty_sets
+      character(len=:), allocatable :: notes !< what was done to the contents of the file, for the user; '' or unallocated: nothing
       !> Of a mesh that was refined triangle by triangle.
       type(lineage_t), allocatable :: lineage
       !> Of any refined mesh: its node sets before. Forces at each of their nodes keep their sum.

@@ -173,9 +173,8 @@ contains
          if (start_of(first) == start_of(second)) then
             call raise(error, status_input_error, 'mesh: '//element_text(mesh, element_of(first))//' and ' &
                //element_text(mesh, element_of(second))//' have opposite orientation (both run through their common edge from ' &
-               //node_text(mesh, a)//' to '//node_text(mesh, b)//'), so their normals point to opposite sides; swap two nodes of ' &
-               //'the elements that are turned (a whole surface in Gmsh: ReverseMesh Surface{TAG}; before mesh generation, or a ' &
-               //'minus sign before its tag in the physical group)')
+               //node_text(mesh, a)//' to '//node_text(mesh, b)//'), so their normals point to opposite sides; orient = .true. ' &
+               //'in &mesh turns all triangles alike')
             return
          end if
       end do

@@ -13,7 +13,9 @@ module finshell_input_mesh
    use finshell_mesh_annulus, only: annulus_mesh
    use finshell_mesh_hole, only: hole_mesh
    use finshell_mesh_strip, only: strip_mesh
-   use finshell_gmsh, only: read_gmsh
+   use finshell_automatic_sets, only: add_automatic_sets
+   use finshell_mesh_file, only: read_mesh_file
+   use finshell_orientation, only: orient_triangles
    use finshell_back_ends, only: can_work_on_disk
    use finshell_memory, only: lack_of_memory
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
@@ -38,7 +40,9 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: generator, file
       real(wp) :: scale
-      logical :: flip
+      integer :: turned
+      real(wp), allocatable :: toward(:)
+      logical :: flip, orient
 
       if (allocated(error)) return
       if (has(group, 'file') .eqv. has(group, 'generator')) then
@@ -47,6 +51,8 @@ contains
       end if
       call get(group, 'scale', scale, error, default=1.0_wp, above=0.0_wp)
       call get(group, 'flip', flip, error, default=.false.)
+      call get(group, 'orient', orient, error, default=has(group, 'orient_toward'))
+      if (has(group, 'orient_toward')) call get(group, 'orient_toward', toward, error, number=3)
       call read_normals(group, normals, error)
       if (has(group, 'file')) then
          call get(group, 'file', file, error)
@@ -58,8 +64,10 @@ contains
       if (allocated(error)) return
       mesh%coordinates = scale*mesh%coordinates
       mesh%surface%scale = scale
+      if (orient) call orient_triangles(mesh, turned, error, toward)
       if (flip) mesh%triangles = mesh%triangles([1, 3, 2], :)
-      call check_mesh(mesh, error)
+      if (.not. allocated(error)) call check_mesh(mesh, error)
+      if (allocated(file) .and. .not. allocated(error)) call add_automatic_sets(mesh, normals%crease_angle)
       if (allocated(error) .and. allocated(file)) error%message = file//': '//error%message
       call place_error(group, '', error)
    end subroutine read_mesh
@@ -77,9 +85,9 @@ contains
       if (file == '') then
          call complain_about(group, 'file', 'the file name is empty', error)
       else if (file(1:1) == '/') then
-         call read_gmsh(file, mesh, error)
+         call read_mesh_file(file, mesh, error)
       else
-         call read_gmsh(folder//file, mesh, error)
+         call read_mesh_file(folder//file, mesh, error)
       end if
       call place_error(group, 'file', error)
       if (.not. allocated(error)) call check_memory(group, real(size(mesh%coordinates, 2), wp), error)

@@ -1,18 +1,18 @@
-!> Meshes from Gmsh files, format MSH 4.1 (text or binary).
+!> Meshes from Gmsh files, formats MSH 4.1 and 2 (text or binary).
 !>
-!> Every triangle of the file is taken; a physical surface becomes an element set, a physical curve an edge set and a node set, a
-!> physical point a node set, under its name (or surface_TAG, curve_TAG, point_TAG when it has none). A surface that enters its
-!> physical group with a minus sign has its triangles turned over. Nodes are renumbered in the order of their tags; nodes that
-!> belong to no triangle are dropped.
+!> Every surface element of the file is taken (finshell_raw_mesh); a physical surface becomes an element set, a physical curve an
+!> edge set and a node set, a physical point a node set, under its name (or surface_TAG, curve_TAG, point_TAG when it has none). A
+!> surface that enters its physical group with a minus sign has its triangles turned over. Nodes are renumbered in the order of
+!> their tags; nodes that belong to no triangle are dropped.
 module finshell_gmsh
-   use finshell_kinds, only: wp, i8
+   use finshell_kinds, only: i8
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_input_error
    use finshell_text, only: read_whole_file
-   use finshell_mesh, only: mesh_t, new_mesh, add_node_set, add_element_set, add_edge_set, find_node_set, find_element_set
-   use finshell_mesh_sorting, only: sorted_order, position_in_sorted
+   use finshell_mesh, only: mesh_t, add_node_set, add_element_set, add_edge_set, find_node_set, find_element_set
    use finshell_gmsh_scanner, only: gmsh_scanner_t
-   use finshell_gmsh_content, only: content_t, read_content, tag_text
+   use finshell_gmsh_content, only: content_t, tag_text
+   use finshell_gmsh_sections, only: read_content
    implicit none
    private
    public :: read_gmsh, parse_gmsh
@@ -45,7 +45,7 @@ contains
       if (allocated(error)) return
       if (.not. allocated(content%node_tags)) then
          call raise(error, status_input_error, file//': the file has no $Nodes')
-      else if (size(content%elements(2)%tags) == 0) then
+      else if (content%elements(2)%count == 0) then
          call raise(error, status_input_error, file//': the file has no triangles; mesh the surfaces (gmsh -2) and, if there ' &
             //'are physical groups, put the surfaces into physical surfaces')
       else
@@ -58,55 +58,41 @@ contains
       type(content_t), intent(inout) :: content
       type(mesh_t), intent(out) :: mesh
       type(error_t), allocatable, intent(inout) :: error
-      integer, allocatable :: order(:), number(:)
-      integer, allocatable :: triangles(:, :)
-      logical, allocatable :: used(:)
-      integer :: i, k, e, m
+      integer(i8) :: node
+      integer :: dimension, e, i, k
 
       call check_entities(scanner, content, error)
-      order = sorted_order(content%node_tags)
-      content%node_tags = content%node_tags(order)
-      content%coordinates = content%coordinates(:, order)
-      allocate (used(size(order)), source=.false.)
-      allocate (triangles(3, size(content%elements(2)%tags)))
-      do m = 0, 2
-         do e = 1, size(content%elements(m)%tags)
-            do k = 1, m + 1
-               i = position_in_sorted(content%node_tags, content%elements(m)%nodes(k, e))
-               if (i == 0) call scanner%complain('element '//tag_text(content%elements(m)%tags(e))//' refers to the node ' &
-                  //tag_text(content%elements(m)%nodes(k, e))//', which does not exist', error, content%elements(m)%places(e))
-               if (allocated(error)) return
-               if (m < 2) cycle
-               triangles(k, e) = i
-               used(i) = .true.
-            end do
-         end do
+      if (allocated(error)) return
+      do k = 1, size(content%membership, 2)
+         if (content%membership(1, k) == 2 .and. content%membership(3, k) < 0) call turn_over(content, content%membership(2, k))
       end do
-      allocate (number(size(order)), source=0)
-      m = 0
-      do i = 1, size(order)
-         if (.not. used(i)) cycle
-         m = m + 1
-         number(i) = m
-      end do
-      do e = 1, size(triangles, 2)
-         triangles(:, e) = number(triangles(:, e))
-      end do
-      do k = 1, size(content%blocks)
-         associate (b => content%blocks(k), of => content%membership)
-            if (b%dimension == 2 .and. any(of(1, :) == 2 .and. of(2, :) == b%entity .and. of(3, :) < 0)) &
-               triangles(2:3, b%first:b%last) = triangles([3, 2], b%first:b%last)
-         end associate
-      end do
-      call new_mesh(mesh, content%coordinates(:, pack([(i, i=1, size(order))], used)), triangles)
-      mesh%node_tags = pack(content%node_tags, used)
-      mesh%element_tags = content%elements(2)%tags
+      call content%make(mesh, dimension, e, node)
+      if (dimension >= 0) then
+         call scanner%complain('element '//tag_text(content%elements(dimension)%tags(e))//' refers to the node ' &
+            //tag_text(node)//', which does not exist', error, content%elements(dimension)%places(e))
+         return
+      end if
       do i = 1, size(content%membership, 2)
-         call add_sets(scanner%file, content, number, content%membership(:, i), mesh, error)
+         call add_sets(scanner%file, content, content%membership(:, i), mesh, error)
          if (allocated(error)) return
       end do
       call name_empty_groups(content, mesh)
    end subroutine build
+
+   !> Turn the triangles of a surface over.
+   subroutine turn_over(content, entity)
+      type(content_t), intent(inout) :: content
+      integer, intent(in) :: entity
+      integer :: b, i
+      do b = 1, size(content%blocks)
+         if (content%blocks(b)%dimension /= 2 .or. content%blocks(b)%entity /= entity) cycle
+         do i = 1, content%blocks(b)%count
+            associate (nodes => content%elements(2)%nodes(:, content%blocks(b)%members(i)))
+               nodes(2:3) = nodes([3, 2])
+            end associate
+         end do
+      end do
+   end subroutine turn_over
 
    !> Elements of an entity that the file does not describe would be left out of the physical groups without a word.
    subroutine check_entities(scanner, content, error)
@@ -140,29 +126,27 @@ contains
    end subroutine name_empty_groups
 
    !> Enter the elements of one entity into the sets of one of its physical groups.
-   subroutine add_sets(file, content, number, membership, mesh, error)
+   subroutine add_sets(file, content, membership, mesh, error)
       character(len=*), intent(in) :: file
       type(content_t), intent(in) :: content
-      integer, intent(in) :: number(:) !< of the nodes in the mesh, in the order of the tags
       integer, intent(in) :: membership(3)
       type(mesh_t), intent(inout) :: mesh
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: name
-      integer :: i, k
+      integer :: i
 
       if (membership(1) > 2) return
       name = group_name(content, membership(1), abs(membership(3)))
       do i = 1, size(content%blocks)
          associate (b => content%blocks(i))
-            if (b%dimension /= membership(1) .or. b%entity /= membership(2)) cycle
+            if (b%dimension /= membership(1) .or. b%entity /= membership(2) .or. b%count == 0) cycle
             select case (membership(1))
             case (0)
-               call add_node_set(mesh, name, reshape(mesh_numbers(content%elements(0)%nodes(:, b%first:b%last)), &
-                  [b%last - b%first + 1]))
+               call add_node_set(mesh, name, reshape(mesh_numbers(content%elements(0)%nodes(:, b%members(:b%count))), [b%count]))
             case (1)
-               call add_edge_set(mesh, name, mesh_numbers(content%elements(1)%nodes(:, b%first:b%last)))
+               call add_edge_set(mesh, name, mesh_numbers(content%elements(1)%nodes(:, b%members(:b%count))))
             case (2)
-               call add_element_set(mesh, name, [(k, k=b%first, b%last)])
+               call add_element_set(mesh, name, b%members(:b%count))
             end select
          end associate
          if (allocated(error)) return
@@ -173,13 +157,12 @@ contains
       function mesh_numbers(tags) result(numbers)
          integer(i8), intent(in) :: tags(:, :)
          integer :: numbers(size(tags, 1), size(tags, 2))
-         integer :: p, q, position
+         integer :: p, q
          numbers = 1
          do q = 1, size(tags, 2)
             do p = 1, size(tags, 1)
-               position = position_in_sorted(content%node_tags, tags(p, q))
-               if (position > 0) numbers(p, q) = number(position)
-               if (position > 0 .and. numbers(p, q) > 0) cycle
+               numbers(p, q) = content%number_of(tags(p, q))
+               if (numbers(p, q) > 0) cycle
                call raise(error, status_input_error, file//": the physical group '"//name//"' contains the node " &
                   //tag_text(tags(p, q))//', which belongs to no triangle')
                return

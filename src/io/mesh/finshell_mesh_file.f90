@@ -1,0 +1,32 @@
+!> Meshes from files of any kind that is known, by the end of their names: .msh Gmsh, .stl, .inp Abaqus and CalculiX.
+module finshell_mesh_file
+   use finshell_error, only: error_t, raise
+   use finshell_deck_mesh, only: read_deck_mesh
+   use finshell_gmsh, only: read_gmsh
+   use finshell_mesh, only: mesh_t
+   use finshell_status, only: status_input_error
+   use finshell_stl, only: read_stl
+   use finshell_text, only: lower_case
+   implicit none
+   private
+   public :: read_mesh_file
+
+contains
+
+   !> Read a file. The mesh is not yet checked (check_mesh).
+   subroutine read_mesh_file(file_name, mesh, error)
+      character(len=*), intent(in) :: file_name
+      type(mesh_t), intent(out) :: mesh
+      type(error_t), allocatable, intent(out) :: error
+      character(len=:), allocatable :: ending
+      ending = lower_case(file_name(index(file_name, '.', back=.true.) + 1:))
+      select case (ending)
+      case ('stl'); call read_stl(file_name, mesh, error)
+      case ('inp'); call read_deck_mesh(file_name, mesh, error)
+      case ('vtu', 'vtp', 'vtk', 'obj', 'ply', 'off', 'vtkhdf', 'bdf', 'nas', 'med', 'cdb', 'exo')
+         call raise(error, status_input_error, file_name//': files of this kind are not read; make a Gmsh file of it with meshio ' &
+            //'(pip install meshio; meshio convert '//file_name//' '//file_name(:index(file_name, '.', back=.true.))//'msh)')
+      case default; call read_gmsh(file_name, mesh, error)
+      end select
+   end subroutine read_mesh_file
+end module finshell_mesh_file
