@@ -15,9 +15,10 @@ module finshell_automatic_sets
 
 contains
 
-   !> Add the edge sets `boundary`, of all free edges; `boundary_1`, ... its loops, the longest first; `boundary_1_1`, ... the sides
-   !> of a loop between its corners, from the corner with the lowest number on along the loop, the surface on the left; `crease`,
-   !> of edges where triangles meet at more than an angle. A name that is taken keeps what it has.
+   !> Add the edge sets `crease`, of edges where triangles meet at more than an angle; `junction`, where more than two meet;
+   !> `boundary`, of all free edges; `boundary_1`, ... its loops, the longest first; `boundary_1_1`, ... the sides of a loop between
+   !> its corners, from the corner with the lowest number on along the loop, the surface on the left. A name that is taken keeps
+   !> what it has.
    subroutine add_automatic_sets(mesh, crease_angle)
       type(mesh_t), intent(inout) :: mesh
       real(wp), intent(in) :: crease_angle !< degrees
@@ -28,6 +29,7 @@ contains
       call new_edges(edges, mesh%triangles)
       call find_creases(mesh, edges, crease_angle*degree, found)
       call add('crease', found)
+      call add('junction', edges%nodes(:, pack([(i, i=1, size(edges%junction))], edges%junction)))
       call find_loops(mesh, edges, line, first)
       if (size(line) == 0) return
       call add('boundary', line)
@@ -112,11 +114,11 @@ contains
       real(wp), allocatable :: length(:)
       integer :: e, here, i, k, loops, n
 
-      allocate (sides(2, count(edges%elements(2, :) == 0)))
+      allocate (sides(2, count(edges%elements(2, :) == 0 .and. .not. edges%junction)))
       n = 0
       do e = 1, size(mesh%triangles, 2)
          do k = 1, 3
-            if (edges%elements(2, edges%of_side(k, e)) /= 0) cycle
+            if (edges%elements(2, edges%of_side(k, e)) /= 0 .or. edges%junction(edges%of_side(k, e))) cycle
             n = n + 1
             sides(:, n) = [mesh%triangles(k, e), mesh%triangles(1 + mod(k, 3), e)]
          end do

@@ -4,17 +4,19 @@ module finshell_edges
    use finshell_mesh_sorting, only: sorted_order
    implicit none
    private
-   public :: edges_t, new_edges, find_edge, edge_key
+   public :: edges_t, new_edges, find_edge, edge_key, has_junctions
 
    type :: edges_t
       integer, allocatable :: nodes(:, :) !< (2, edges) the smaller number first, in ascending order
       integer, allocatable :: of_side(:, :) !< (3, elements) edge of the side from node k to node k + 1
-      integer, allocatable :: elements(:, :) !< (2, edges) at the edge; the second is 0 at the boundary
+      !> (2, edges) at the edge; the second is 0 at the boundary, and at a junction: there sheets meet that each end.
+      integer, allocatable :: elements(:, :)
+      logical, allocatable :: junction(:) !< (edges) more than two triangles meet
    end type edges_t
 
 contains
 
-   !> Of triangles (3, elements) of which no more than two meet at an edge.
+   !> Of triangles (3, elements).
    pure subroutine new_edges(edges, triangles)
       type(edges_t), intent(out) :: edges
       integer, intent(in) :: triangles(:, :)
@@ -30,6 +32,7 @@ contains
       order = sorted_order(ends)
       allocate (edges%nodes(2, size(ends)), edges%of_side(3, size(triangles, 2)))
       allocate (edges%elements(2, size(ends)), source=0)
+      allocate (edges%junction(size(ends)), source=.false.)
       n = 0
       do i = 1, size(order)
          side = order(i)
@@ -42,11 +45,27 @@ contains
          end if
          edges%nodes(:, n) = [min(triangles(k, e), triangles(1 + mod(k, 3), e)), max(triangles(k, e), triangles(1 + mod(k, 3), e))]
          edges%of_side(k, e) = n
-         edges%elements(merge(1, 2, edges%elements(1, n) == 0), n) = e
+         if (edges%elements(1, n) == 0) then
+            edges%elements(1, n) = e
+         else if (edges%elements(2, n) == 0 .and. .not. edges%junction(n)) then
+            edges%elements(2, n) = e
+         else
+            edges%elements(2, n) = 0
+            edges%junction(n) = .true.
+         end if
       end do
       edges%nodes = edges%nodes(:, :n)
       edges%elements = edges%elements(:, :n)
+      edges%junction = edges%junction(:n)
    end subroutine new_edges
+
+   !> Whether more than two triangles meet at an edge of a mesh.
+   pure logical function has_junctions(triangles)
+      integer, intent(in) :: triangles(:, :)
+      type(edges_t) :: edges
+      call new_edges(edges, triangles)
+      has_junctions = any(edges%junction)
+   end function has_junctions
 
    !> Number of the edge between two nodes, 0 where there is none (bisection).
    pure integer function find_edge(edges, i, j) result(edge)

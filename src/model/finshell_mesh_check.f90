@@ -24,7 +24,7 @@ contains
    !>
    !> Found: no nodes or elements; a node number out of range; a coordinate that is not a number; a degenerate triangle, or one
    !> of a size that cannot be computed with; a node without element; two nodes at one place (unless
-   !> mesh%coincident_nodes_allowed); an edge of more than two triangles; neighbours with opposite normals; two elements of the same
+   !> mesh%coincident_nodes_allowed); two neighbours with opposite normals; two elements of the same
    !> nodes; an empty set or a member out of range; a pair of nodes in an edge set that is no edge of an element, or that is there
    !> twice.
    pure subroutine check_mesh(mesh, error)
@@ -134,7 +134,8 @@ contains
       end do
    end subroutine check_duplicates
 
-   !> Neighbours must run through their common edge in opposite directions, and an edge has at most two triangles.
+   !> Two neighbours must run through their common edge in opposite directions. More triangles may meet at an edge, each with a
+   !> side of its own.
    pure subroutine check_edges(mesh, error)
       type(mesh_t), intent(in) :: mesh
       type(error_t), allocatable, intent(inout) :: error
@@ -155,21 +156,16 @@ contains
          first = order(i - 1)
          second = order(i)
          if (key(first) /= key(second)) cycle
-         if (same_nodes(element_of(first), element_of(second))) then
-            call raise(error, status_input_error, 'mesh: '//element_text(mesh, element_of(first))//' and ' &
+         do k = i - 1, 1, -1
+            if (key(order(k)) /= key(second)) exit
+            if (.not. same_nodes(element_of(order(k)), element_of(second))) cycle
+            call raise(error, status_input_error, 'mesh: '//element_text(mesh, element_of(order(k)))//' and ' &
                //element_text(mesh, element_of(second))//' are the same triangle: remove one of them')
             return
-         end if
+         end do
+         if (same_edge(i - 2) .or. same_edge(i + 1)) cycle ! a junction
          a = start_of(first)
          b = mesh%triangles(mod(mod(first - 1, 3) + 1, 3) + 1, element_of(first))
-         if (i > 2) then
-            if (key(order(i - 2)) == key(second)) then
-               call raise(error, status_input_error, 'mesh: the edge between '//node_text(mesh, a)//' and '//node_text(mesh, b) &
-                  //' is shared by more than two elements: '//element_text(mesh, element_of(order(i - 2)))//', ' &
-                  //element_text(mesh, element_of(first))//', '//element_text(mesh, element_of(second)))
-               return
-            end if
-         end if
          if (start_of(first) == start_of(second)) then
             call raise(error, status_input_error, 'mesh: '//element_text(mesh, element_of(first))//' and ' &
                //element_text(mesh, element_of(second))//' have opposite orientation (both run through their common edge from ' &
@@ -185,6 +181,13 @@ contains
       end do
 
    contains
+
+      !> Whether the side in another place of the order has the edge of `second`.
+      pure logical function same_edge(place)
+         integer, intent(in) :: place
+         same_edge = .false.
+         if (place >= 1 .and. place <= size(order)) same_edge = key(order(place)) == key(second)
+      end function same_edge
 
       pure integer function element_of(position)
          integer, intent(in) :: position

@@ -113,7 +113,7 @@ contains
       do e = 1, size(part)
          if (part(e) /= p) cycle
          do k = 1, 3
-            open = open .or. edges%elements(2, edges%of_side(k, e)) == 0
+            open = open .or. edges%elements(2, edges%of_side(k, e)) == 0 ! junctions too
          end do
          area = sense(e)*twice_area_vector(mesh, e)
          x = mesh%coordinates(:, mesh%triangles(:, e))

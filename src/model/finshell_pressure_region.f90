@@ -19,7 +19,7 @@ module finshell_pressure_region
 
 contains
 
-   !> Edges (2, :) of the elements that no other element of the list shares.
+   !> Edges (2, :) where the elements end: those that are not run through as often in one direction as in the other.
    pure subroutine boundary_edges(mesh, elements, edges)
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: elements(:)
@@ -27,7 +27,7 @@ contains
       integer(i8), allocatable :: key(:)
       integer, allocatable :: order(:), all_edges(:, :)
       logical, allocatable :: single(:)
-      integer :: i, k, e
+      integer :: first, i, k, e, net
       allocate (all_edges(2, 3*size(elements)), key(3*size(elements)), single(3*size(elements)))
       do i = 1, size(elements)
          do k = 1, 3
@@ -38,9 +38,18 @@ contains
          end do
       end do
       order = sorted_order(key)
-      single = .true.
-      do i = 2, size(order)
-         if (key(order(i)) == key(order(i - 1))) single([order(i - 1), order(i)]) = .false.
+      single = .false.
+      net = 0
+      first = 1
+      do i = 1, size(order)
+         if (i > 1) then
+            if (key(order(i)) /= key(order(first))) then
+               first = i
+               net = 0
+            end if
+         end if
+         net = net + merge(1, -1, all_edges(1, order(i)) < all_edges(2, order(i)))
+         single(order(first)) = net /= 0
       end do
       allocate (edges(2, count(single)))
       edges(1, :) = pack(all_edges(1, :), single)

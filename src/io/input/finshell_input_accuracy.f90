@@ -1,6 +1,6 @@
 !> The group &accuracy of an input file: how good the answer is to be, and what it may cost.
 module finshell_input_accuracy
-   use finshell_edges, only: edges_t, new_edges
+   use finshell_edges, only: edges_t, has_junctions, new_edges
    use finshell_error, only: error_t
    use finshell_kinds, only: wp
    use finshell_load, only: load_nodal
@@ -91,6 +91,10 @@ contains
       else if (any([(monitors(i)%name == 'mesh', i=1, size(monitors))])) then
          call complain_about(group, '', "a monitor is called 'mesh'; with this group the history has a column 'mesh' of its own", &
                              error)
+      end if
+      if (.not. allocated(error)) then
+         if (has_junctions(structure%mesh%triangles)) call complain_about(group, '', 'more than two triangles meet at an edge of ' &
+            //'the mesh, which this group cannot refine; finshell study can', error)
       end if
       do i = 1, size(structure%loads)
          if (allocated(error)) return
