@@ -8,6 +8,7 @@ module finshell_driver
    use finshell_effort_report, only: print_effort
    use finshell_disk, only: write_failures_return
    use finshell_blas_threads, only: to_openmp
+   use finshell_convert, only: convert
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, text_of
    use finshell_input, only: input_t, read_input
@@ -49,6 +50,7 @@ contains
       case ('run'); call run(options, .true., code)
       case ('check'); call run(options, .false., code)
       case ('study'); call study(options, code)
+      case ('convert'); call convert(options, code)
       case ('version')
          if (leads(options%team)) write (output_unit, '(a)') 'finshell '//version
          code = exit_ok

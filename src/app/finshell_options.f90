@@ -85,8 +85,8 @@ contains
          case default
             if (options%command == '') then
                options%command = word
-               if (word /= 'run' .and. word /= 'check' .and. word /= 'study') complaint = "unknown command '"//word &
-                  //"'; expected run, check or study"
+               if (all(word /= [character(len=7) :: 'run', 'check', 'study', 'convert'])) complaint = "unknown command '"//word &
+                  //"'; expected run, check, study or convert"
             else if (index(word, '-') == 1) then
                complaint = "unknown option '"//word//"'"
             else if (.not. allocated(options%input)) then
@@ -98,7 +98,7 @@ contains
          if (allocated(complaint)) return
       end do
       if (options%command == '') then
-         complaint = 'a command is expected: run, check or study'
+         complaint = 'a command is expected: run, check, study or convert'
       else if (.not. allocated(options%input)) then
          complaint = 'the command '//options%command//' needs an input file'
       else if (options%factor .and. options%command /= 'check') then
@@ -164,6 +164,7 @@ contains
          '  finshell run INPUT.nml      solve; writes NAME.history.csv, NAME.vtkhdf and NAME.xdmf', &
          '  finshell check INPUT.nml    read the input, build the model, report its size, solve nothing', &
          '  finshell study INPUT.nml    solve on coarser and finer meshes: errors, costs, and which to take', &
+         '  finshell convert DECK.inp    a deck of Abaqus or CalculiX as DECK.nml; says what it does not take', &
          '  finshell --version', &
          '  finshell --help', &
          '', &

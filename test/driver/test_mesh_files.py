@@ -192,5 +192,68 @@ class MeshFiles(unittest.TestCase):
         self.assertIn("more than two triangles meet", self.solve("a.inp", frame(True), code=2, rest=rest + "&accuracy target = 0.1 /\n"))
 
 
+    def test_conversion(self):
+        """A deck as a namelist: what is taken gives the answers of theory, what is not is said with its line."""
+        model = deck("S4", cells()).replace("*NSET, NSET=Root", "*NSET, NSET=tip, GENERATE\n{0}, {1}, {0}\n*NSET, NSET=Root".format(N + 1, (N + 1)**2))
+        corner = (N + 1)**2
+        def convert(cards, more=""):
+            with tempfile.TemporaryDirectory() as folder:
+                (Path(folder) / "d.inp").write_text(model + cards)
+                command = [os.environ["FINSHELL_BIN"], "convert", "d.inp"]
+                run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+                self.assertEqual(run.returncode, 0, run.stderr)
+                text = (Path(folder) / "d.nml").read_text()
+                self.assertEqual(subprocess.run(command, cwd=folder, capture_output=True, check=False).returncode, 2)  # it is there
+                (Path(folder) / "d.nml").write_text(text + more)
+                again = subprocess.run([os.environ["FINSHELL_BIN"], "run", "d.nml"], cwd=folder, capture_output=True, text=True, check=False)
+                self.assertEqual(again.returncode, 0, text + again.stderr)
+                rows = list(csv.DictReader((Path(folder) / "d.history.csv").read_text().splitlines()))
+                return rows, text, run.stdout
+        # uniform tension of an Ogden rubber: the stretch by bisection; Abaqus' constants are 2 mu/alpha of ours
+        constants = ((63.0, 1.3), (-1.0, -2.0))
+        low, high = 1.0, 2.0
+        for _ in range(60):
+            middle = (low + high) / 2
+            force = sum(2 * m / a * (middle**(a - 1) - middle**(-a / 2 - 1)) for m, a in constants)
+            low, high = (middle, high) if force < 16 else (low, middle)
+        loads = f"tip, 1, {0.8 / N}\n{N + 1}, 1, {-0.4 / N}\n{corner}, 1, {-0.4 / N}\n"
+        monitors = "".join(f"&monitor name = '{c}' quantity = 'displacement' component = '{c}' node_set = 'tip' /\n" for c in "xz")
+        monitors += f"&node_set name = 'corner' nodes = {corner} /\n&monitor name = 'y' quantity = 'displacement' component = 'y' node_set = 'corner' /\n"
+        rubber = ("*MATERIAL, NAME=Rubber\n*HYPERELASTIC, OGDEN, N=2\n63.0, 1.3, -1.0, -2.0, 1e-5, 0.\n*DENSITY\n1e-3\n"
+                  "*SHELL SECTION, ELSET=Eall, MATERIAL=rubber\n0.05, 5\n*BOUNDARY\nroot, 1\n1, 2\nNALL, 3, 6\n"
+                  "*AMPLITUDE, NAME=a\n0., 0., 1., 1.\n")
+        step = "*STEP, NLGEOM\n*STATIC\n0.25, 1.\n{}\n{}*END STEP\n"
+        rows, text, printed = convert(rubber + step.format("*CLOAD, AMPLITUDE=a", loads), monitors)
+        self.assertAlmostEqual(float(rows[-1]["x"]), 2 * (low - 1), delta=1e-6)
+        self.assertAlmostEqual(float(rows[-1]["y"]), low**-0.5 - 1, delta=1e-6)
+        for said in ("*HYPERELASTIC: compressibility", "*AMPLITUDE\n", "*CLOAD: AMPLITUDE"):
+            self.assertIn(said, printed)
+            self.assertIn(said, text)
+        self.assertIn("density = 1.0E-03", text)
+        # pressure: along the normal on elements, against it on their outer side; supports by name; layers, directions, offset
+        plate = ("*MATERIAL, NAME=ply\n*ELASTIC, TYPE=LAMINA\n25., 1., 0.25, 0.5, 0.5, 0.2\n*ORIENTATION, NAME=o\n0., 1., 0., -1., 0., 0.\n3, 0.\n"
+                 "*SURFACE, NAME=top\neall, SPOS\n*BOUNDARY\nroot, ENCASTRE\n{}, XSYMM\n" + "*SHELL SECTION, ELSET=Eall, COMPOSITE{}\n"
+                 "0.01, 3, ply, 0.\n0.03, 3, ply, 90.\n*STEP\n*STATIC\n").format("tip", "{}")
+        values = []
+        for card, offset in (("*DLOAD\neall, P, 0.001\n", ""), ("*DSLOAD\ntop, P, -0.001\n", ""), ("*DLOAD\neall, P, 0.001\n", ", ORIENTATION=o")):
+            rows, text, printed = convert(plate.format(offset) + card + "*END STEP\n*STEP\n*STATIC\n*DLOAD\neall, P, 1.\n*END STEP\n", monitors)
+            values.append(float(rows[0]["z"]))
+            self.assertIn("loads of a second step", printed)
+            self.assertEqual(text.count("control = 'linear'"), 2)
+        self.assertAlmostEqual(values[0], values[1], delta=1e-12)
+        self.assertGreater(values[0], 0)
+        self.assertIn("direction = .0, 1.0, .0", text)
+        for card, group in (("*BUCKLE\n3", "control = 'buckling' modes = 3"), ("*FREQUENCY\n5", "control = 'frequencies' modes = 5"),
+                            ("*STATIC, RIKS\n0.1, 1., , , 2.5", "control = 'arc_length' first_increment = .1 load_factor = 2.5"),
+                            ("*DYNAMIC\n0.1, 2.", "control = 'dynamic' duration = 2.0 first_increment = .1")):
+            with tempfile.TemporaryDirectory() as folder:
+                (Path(folder) / "d.inp").write_text(model + rubber + f"*STEP, NLGEOM\n{card}\n*DLOAD\nEall, P, 1.\n*END STEP\n")
+                subprocess.run([os.environ["FINSHELL_BIN"], "convert", "d.inp"], cwd=folder, capture_output=True, check=True)
+                self.assertIn(group, (Path(folder) / "d.nml").read_text())
+        # the stiff layer lies across in the other direction: plies of 25 and 1 change places
+        self.assertNotAlmostEqual(values[2] / values[0], 1, delta=0.01)
+        self.assertIn("offset = -.01", convert(plate.format(", OFFSET=0.25") + "*DLOAD\n, P, 0.001\n*END STEP\n")[1])
+
+
 if __name__ == "__main__":
     unittest.main()

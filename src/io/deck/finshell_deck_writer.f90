@@ -1,0 +1,146 @@
+!> What a conversion collects: groups of a namelist, and what was not taken.
+module finshell_deck_writer
+   use finshell_deck, only: deck_t
+   use finshell_error, only: text_of
+   use finshell_kinds, only: wp, dp
+   use finshell_mesh, only: find_element_set, find_node_set, mesh_t
+   use finshell_mesh_sorting, only: position_in_sorted
+   use finshell_kinds, only: i8
+   use finshell_text, only: lower_case, parse_integer
+   implicit none
+   private
+   public :: writer_t, quoted, number_text
+
+   type :: writer_t
+      type(mesh_t) :: mesh
+      character(len=:), allocatable :: title
+      character(len=:), allocatable :: sets, materials, sections, supports, loads, steps
+      character(len=:), allocatable :: not_taken !< a line each
+      integer :: named_nodes = 0
+   contains
+      procedure :: begin
+      procedure :: miss
+      procedure :: node_set
+      procedure :: element_set
+   end type writer_t
+
+   character, parameter :: lf = achar(10)
+
+contains
+
+   subroutine begin(self)
+      class(writer_t), intent(inout) :: self
+      self%title = ''
+      self%sets = ''
+      self%materials = ''
+      self%sections = ''
+      self%supports = ''
+      self%loads = ''
+      self%steps = ''
+      self%not_taken = ''
+   end subroutine begin
+
+   !> Something of a card cannot be expressed, or is not known.
+   subroutine miss(self, deck, card, what, line)
+      class(writer_t), intent(inout) :: self
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: card
+      character(len=*), intent(in) :: what !< '': the whole card
+      integer, intent(in), optional :: line
+      integer :: at
+      at = deck%cards(card)%line
+      if (present(line)) at = line
+      self%not_taken = self%not_taken//deck%sources(deck%cards(card)%source)%file//':'//text_of(at)//': *' &
+         //deck%cards(card)%keyword
+      if (what /= '') self%not_taken = self%not_taken//': '//what
+      self%not_taken = self%not_taken//lf
+   end subroutine miss
+
+   !> The node set that a field of the deck names, by its name in the mesh; a node alone gets a set of its own. '': there is none.
+   function node_set(self, field) result(name)
+      class(writer_t), intent(inout) :: self
+      character(len=*), intent(in) :: field
+      character(len=:), allocatable :: name
+      integer(i8) :: tag
+      integer :: i
+      logical :: ok
+      name = ''
+      call parse_integer(field, tag, ok)
+      if (ok) then
+         i = position_in_sorted(self%mesh%node_tags, tag)
+         if (i == 0) return
+         name = 'node_'//field
+         if (find_node_set(self%mesh, name) == 0 .and. index(self%sets, "'"//name//"'") == 0) self%sets = self%sets &
+            //"&node_set name = '"//name//"' nodes = "//text_of(i)//' /'//lf
+         return
+      end if
+      do i = 1, size(self%mesh%node_sets)
+         if (same(self%mesh%node_sets(i)%name, field)) name = self%mesh%node_sets(i)%name
+      end do
+   end function node_set
+
+   !> The element set that a field of the deck names. '': there is none in the mesh.
+   function element_set(self, field) result(name)
+      class(writer_t), intent(inout) :: self
+      character(len=*), intent(in) :: field
+      character(len=:), allocatable :: name
+      character(len=:), allocatable :: list
+      integer(i8) :: tag
+      integer :: i
+      logical :: ok
+      name = ''
+      call parse_integer(field, tag, ok)
+      if (ok) then
+         list = ''
+         do i = 1, size(self%mesh%element_tags)
+            if (self%mesh%element_tags(i) == tag) list = list//' '//text_of(i)
+         end do
+         if (list == '') return
+         name = 'element_'//field
+         if (find_element_set(self%mesh, name) == 0 .and. index(self%sets, "'"//name//"'") == 0) self%sets = self%sets &
+            //"&element_set name = '"//name//"' elements ="//list//' /'//lf
+         return
+      end if
+      do i = 1, size(self%mesh%element_sets)
+         if (same(self%mesh%element_sets(i)%name, field)) name = self%mesh%element_sets(i)%name
+      end do
+   end function element_set
+
+   !> Whether a field of the deck, perhaps with its instance, names a set. Decks do not tell capitals.
+   pure logical function same(name, field)
+      character(len=*), intent(in) :: name, field
+      same = lower_case(name) == lower_case(field(index(field, '.', back=.true.) + 1:))
+   end function same
+
+   !> A string of a namelist.
+   pure function quoted(text) result(word)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: word
+      integer :: i
+      word = "'"
+      do i = 1, len(text)
+         word = word//text(i:i)
+         if (text(i:i) == "'") word = word//"'"
+      end do
+      word = word//"'"
+   end function quoted
+
+   !> A number that reads back as the same.
+   pure function number_text(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: text
+      character(len=40) :: buffer
+      integer :: digits
+      real(dp) :: back
+      do digits = 1, 17
+         write (buffer, '(es40.'//text_of(digits)//')') real(x, dp)
+         read (buffer, *) back
+         if (abs(back - real(x, dp)) <= 0) exit
+      end do
+      if (abs(x) > 1.0e-3_wp .and. abs(x) < 1.0e6_wp .or. .not. abs(x) > 0) write (buffer, '(f0.'//text_of(digits + 3)//')') x
+      text = trim(adjustl(buffer))
+      if (index(text, 'E') > 0) return
+      digits = verify(text, '0', back=.true.)
+      text = text(:max(digits, index(text, '.') + 1))
+   end function number_text
+end module finshell_deck_writer
