@@ -18,7 +18,8 @@ module finshell_equilibrium
    use finshell_state, only: state_t, new_state, move_state, motion_between
    use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, rotation_at
    use finshell_external, only: external_t, new_external
-   use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, set_factor, scaled_sum
+   use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, exchange_factors, factor_at, &
+      number_of_factors, set_factor, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
@@ -54,6 +55,8 @@ module finshell_equilibrium
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
       logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`
       integer :: assemblies = 0, force_evaluations = 0
+      !> Factor of each case (finshell_factor), the first being that without a name: see `change_case`.
+      integer, allocatable :: factor_of_case(:)
       type(assembly_t) :: assembly
       class(team_t), pointer :: team => null() !< processes that share the work
       integer, allocatable :: own_elements(:) !< of this process
@@ -65,6 +68,7 @@ module finshell_equilibrium
    contains
       procedure :: evaluate
       procedure :: evaluate_toward
+      procedure :: change_case
       procedure :: factorise
       procedure :: solve
       procedure :: move
@@ -99,7 +103,8 @@ contains
          call raise(error, status_input_error, 'the structure has no supports')
          return
       end if
-      call new_equations(self%equations, structure%mesh, structure%supports, error, turning_nodes(structure))
+      call new_equations(self%equations, structure%mesh, structure%supports, error, turning_nodes(structure), &
+                         number_of_factors(structure%cases))
       if (allocated(error)) return
       if (present(team)) self%team => team
       call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
@@ -148,9 +153,10 @@ contains
       end do
       self%moved_elements = pack([(i, i=1, size(structure%mesh%triangles, 2))], &
                                  [(any(self%moved_of(structure%mesh%triangles(:, i)) > 0), i=1, size(structure%mesh%triangles, 2))])
-      call new_state(self%state, nodes)
-      call new_state(self%base, nodes)
-      call new_state(self%iterate, nodes)
+      call new_state(self%state, nodes, structure%cases)
+      call new_state(self%base, nodes, structure%cases)
+      call new_state(self%iterate, nodes, structure%cases)
+      self%factor_of_case = [by_load_factor, (by_case + i, i=1, structure%cases)]
    end subroutine new_equilibrium
 
    !> Forces, and with `tangent` the matrix.
@@ -239,6 +245,23 @@ contains
       self%force_level = levels(1)
       self%moment_level = levels(2)
    end subroutine evaluate_toward
+
+   !> Make a case the one whose factor is the load factor: its loads and supports change places with those that followed it before.
+   subroutine change_case(self, case, error)
+      class(equilibrium_t), intent(inout) :: self
+      integer, intent(in) :: case !< 1: that without a name
+      type(error_t), allocatable, intent(out) :: error
+      integer :: other
+      other = self%factor_of_case(case)
+      if (other == by_load_factor) return
+      self%factor_of_case(findloc(self%factor_of_case, by_load_factor, dim=1)) = other
+      self%factor_of_case(case) = by_load_factor
+      call self%external%exchange(other)
+      self%equations%motion(:, :, [by_load_factor, other]) = self%equations%motion(:, :, [other, by_load_factor])
+      call exchange_factors(self%state, other)
+      call self%evaluate(.false., error)
+      call self%accept()
+   end subroutine change_case
 
    subroutine keep_base(self)
       class(equilibrium_t), intent(inout) :: self

@@ -5,7 +5,7 @@ module finshell_ledger
    use finshell_equations, only: equations_t, motion_at
    use finshell_external, only: external_t, on_nothing, displacements_only, with_rotations
    use finshell_freedoms, only: n_nodal
-   use finshell_factor, only: by_load_factor, by_constant_factor
+   use finshell_factor, only: factor_at, unscaled
    use finshell_assembly, only: assembly_t
    use finshell_balance, only: balance_t, work_along
    use finshell_structure, only: structure_t
@@ -50,7 +50,7 @@ contains
       type(balance_t), intent(out) :: value
       type(state_t) :: middle
       real(wp), allocatable :: mean(:, :, :)
-      real(wp) :: way(2), before(2), after(2)
+      real(wp), allocatable :: way(:), before(:), after(:)
       integer :: i
 
       allocate (mean(n_nodal, size(state%displacement, 2), loads%factors), source=0.0_wp)
@@ -70,12 +70,14 @@ contains
          mean = mean + 0.5_wp*to%bulges
          if (allocated(from%bulges)) mean = mean + 0.5_wp*from%bulges
       end if
-      do i = by_load_factor, by_constant_factor
+      allocate (way(loads%factors), source=0.0_wp)
+      do i = 1, loads%factors
+         if (i == unscaled) cycle
          call work_along(base, state, mean(:, :, i), way(i), value%known)
          if (.not. value%known) return
       end do
-      before = [base%load_factor, base%constant_factor]
-      after = [state%load_factor, state%constant_factor]
+      before = [(factor_at(base, i), i=1, loads%factors)]
+      after = [(factor_at(state, i), i=1, loads%factors)]
       value%level = to%energy
       value%energy = to%energy - from%energy
       value%work = dot_product(0.5_wp*(before + after), way) + 0.5_wp*(from%reaction + to%reaction)*(after(active) - before(active))

@@ -126,6 +126,7 @@ contains
          levels = [levels, input%steps(i)%final_load_factor]
       end do
       reporter%quiet = options%quiet
+      reporter%cases = input%cases
       if (allocated(input%accuracy)) reporter%mesh = 1
       if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
       call agree(options%team, error)

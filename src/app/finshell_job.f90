@@ -26,6 +26,8 @@ contains
       integer :: i
       do i = 1, size(steps)
          call reporter%begin_step()
+         call problem%change_case(steps(i)%case, error)
+         if (allocated(error)) return
          select case (steps(i)%control)
          case (control_linear); call solve_linear(problem, steps(i), speaker, error)
          case (control_buckling); call solve_buckling(problem, steps(i), speaker, error)

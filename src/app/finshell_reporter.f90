@@ -7,6 +7,7 @@ module finshell_reporter
    use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_error, only: error_t, raise
    use finshell_increment_lines, only: show_event, show_increment, show_snap, show_vibration
+   use finshell_factor, only: factor_at
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
    use finshell_mode_table, only: mode_table_t
@@ -64,6 +65,7 @@ module finshell_reporter
       !> Monitors and load factor of the last increment, of the first mode of a buckling step; NaN where they are missing.
       real(wp), allocatable :: final(:)
       logical :: fresh = .true. !< a step begins
+      type(name_t), allocatable :: cases(:) !< of loads and supports, whose factors are columns of the history
       integer :: mesh = 0 !< number of the present one where there are several (a column of the history)
       type(linear_change_t), allocatable :: change !< of the last linear step
    contains
@@ -166,6 +168,7 @@ contains
       do i = 1, size(names)
          names(i)%text = self%monitors(i)%name
       end do
+      if (allocated(self%cases)) names = [names, (name_t('factor_'//self%cases(i)%text), i=1, size(self%cases))]
       if (self%mesh > 0) names = [names, name_t('mesh')]
    end function column_names
 
@@ -341,6 +344,10 @@ contains
       row%critical_point = record%event + merge(10, 0, record%located)
       allocate (row%monitors(size(self%watches)), row%missing(size(self%watches)))
       call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change)
+      if (allocated(self%cases)) then
+         row%monitors = [row%monitors, (factor_at(state, self%problem%factor_of_case(1 + i)), i=1, size(self%cases))]
+         row%missing = [row%missing, (.false., i=1, size(self%cases))]
+      end if
       if (self%mesh == 0) return
       row%monitors = [row%monitors, real(self%mesh, wp)]
       row%missing = [row%missing, .false.]

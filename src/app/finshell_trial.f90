@@ -6,7 +6,7 @@ module finshell_trial
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_external, only: external_t, new_external
-   use finshell_factor, only: by_load_factor
+   use finshell_factor, only: by_case, by_load_factor
    use finshell_frequencies, only: check_vibration
    use finshell_input, only: input_t
    use finshell_load, only: load_t, load_nodal, load_edge
@@ -30,11 +30,13 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer :: i
       do i = 1, size(input%steps)
-         call check_step(input%steps(i), i == 1, problem, error)
+         call problem%change_case(input%steps(i)%case, error)
+         if (.not. allocated(error)) call check_step(input%steps(i), i == 1, problem, error)
          if (.not. allocated(error)) cycle
          error%message = input%file//':'//text_of(input%step_lines(i))//': &step: '//error%message
          exit
       end do
+      if (.not. allocated(error)) call problem%change_case(1, error)
       if (allocated(problem%watched)) deallocate (problem%watched)
       if (allocated(problem%watched_volume)) deallocate (problem%watched_volume)
    end subroutine check_steps
@@ -67,19 +69,20 @@ contains
             //', which can turn about several axes; such a moment is not conservative')
          return
       end if
-      if (something_scales(problem)) return
+      if (something_scales(problem, merge(by_load_factor, by_case + step%case - 1, step%case == 1))) return
       call raise(error, status_input_error, control_name(step%control)//" needs a load or a moved support that " &
          //'follows the load factor (one that is not constant, nor zero, nor on held nodes only); there is none')
    end subroutine check_step
 
    !> Whether the load factor moves anything.
-   pure logical function something_scales(problem) result(yes)
+   pure logical function something_scales(problem, scaling) result(yes)
       type(equilibrium_t), intent(in) :: problem
+      integer, intent(in) :: scaling !< of the loads that follow it, in the structure
       integer :: i
       associate (loads => problem%structure%loads)
          yes = any(abs(problem%equations%motion(:, :, by_load_factor)) > 0)
          do i = 1, size(loads)
-            yes = yes .or. (loads(i)%scaling == by_load_factor .and. acts(loads(i), problem%structure%mesh, problem%equations))
+            yes = yes .or. (loads(i)%scaling == scaling .and. acts(loads(i), problem%structure%mesh, problem%equations))
          end do
       end associate
    end function something_scales

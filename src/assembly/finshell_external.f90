@@ -10,7 +10,7 @@ module finshell_external
    use finshell_dead_load, only: dead_load_t, new_dead_load, add_nodal, add_edge, add_area
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
-   use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at
+   use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, number_of_factors
    use finshell_follower_load, only: add_pressure_load, pressed_region_t
    use finshell_foundation, only: add_foundation
    use finshell_hydrostatic, only: add_hydrostatic
@@ -33,7 +33,7 @@ module finshell_external
    end type springs_t
 
    type :: external_t
-      integer :: factors = by_constant_factor !< that scale loads (finshell_factor); unscaled if any are
+      integer :: factors = by_constant_factor !< that scale loads (finshell_factor)
       type(load_item_t), allocatable :: list(:)
       type(load_item_t), allocatable :: own(:) !< the same through the elements of this member of a team; unallocated: no team
       type(pressed_region_t), allocatable :: pressures(:) !< where uniform pressures act
@@ -44,6 +44,7 @@ module finshell_external
       logical :: has_constants = .false.
    contains
       procedure :: keep_own
+      procedure :: exchange
       procedure :: any_with
       procedure :: add
       procedure :: evaluate
@@ -63,12 +64,14 @@ contains
       type(load_t), allocatable :: loads(:)
       integer, allocatable :: edges(:, :)
       type(load_item_t), allocatable :: acting(:)
-      type(dead_load_t) :: dead(by_load_factor:by_constant_factor)
+      type(dead_load_t), allocatable :: dead(:)
       integer :: i, pressures
 
       allocate (loads(0), acting(0))
       if (allocated(structure%loads)) loads = structure%loads
-      do i = by_load_factor, by_constant_factor
+      self%factors = number_of_factors(structure%cases)
+      allocate (dead(self%factors))
+      do i = 1, self%factors
          call new_dead_load(dead(i), size(structure%mesh%coordinates, 2), i)
       end do
       allocate (self%pressures(count(loads%kind == load_pressure)))
@@ -118,6 +121,29 @@ contains
          call self%own(i)%load%keep(mine(self%list(i)%load%elements))
       end do
    end subroutine keep_own
+
+   !> Let the loads that follow the load factor and those of another factor change places.
+   subroutine exchange(self, other)
+      class(external_t), intent(inout) :: self
+      integer, intent(in) :: other !< finshell_factor
+      integer :: i
+      do i = 1, size(self%list)
+         self%list(i)%load%scaling = exchanged(self%list(i)%load%scaling, other)
+      end do
+      if (allocated(self%own)) then
+         do i = 1, size(self%own)
+            self%own(i)%load%scaling = exchanged(self%own(i)%load%scaling, other)
+         end do
+      end if
+      self%pressures%scaling = exchanged(self%pressures%scaling, other)
+   end subroutine exchange
+
+   elemental integer function exchanged(scaling, other)
+      integer, intent(in) :: scaling, other
+      exchanged = scaling
+      if (scaling == by_load_factor) exchanged = other
+      if (scaling == other) exchanged = by_load_factor
+   end function exchanged
 
    !> Dead loads, where there are any, then the others.
    subroutine list_all(self, dead, acting)
@@ -244,7 +270,7 @@ contains
       type(state_t) :: moved
       integer :: i
       energy = 0
-      if (self%factors < unscaled) return
+      if (.not. any([(self%list(i)%load%scaling == unscaled, i=1, size(self%list))])) return
       moved = state
       if (present(motion)) moved%displacement = moved%displacement + motion(ux:uz, :)
       do i = 1, size(self%list)

@@ -7,7 +7,7 @@ module finshell_equations
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_status, only: status_input_error, status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
-   use finshell_factor, only: by_load_factor, by_constant_factor
+   use finshell_factor, only: by_constant_factor, factor_at
    use finshell_rotation, only: cross_product, tangent_operator
    use finshell_held_side, only: find_held_sides
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
@@ -39,15 +39,16 @@ module finshell_equations
 contains
 
    !> Number the unknowns of a mesh under its supports. Errors: unknown set, bad axes, contradictory supports.
-   subroutine new_equations(self, mesh, supports, error, turns)
+   subroutine new_equations(self, mesh, supports, error, turns, factors)
       type(equations_t), intent(out) :: self
       type(mesh_t), intent(in) :: mesh
       type(support_t), intent(in) :: supports(:)
       type(error_t), allocatable, intent(out) :: error
       logical, intent(in), optional :: turns(:) !< (nodes) whether a node has rotations: those of membranes alone have none
+      integer, intent(in), optional :: factors !< that scale loads and supports (finshell_factor)
       real(wp) :: axes(3, 3)
       logical :: held(n_nodal), global
-      integer :: nodes, i, k, frames
+      integer :: nodes, i, k, frames, many
 
       nodes = size(mesh%coordinates, 2)
       call merge_supports(self, mesh, supports, error)
@@ -88,7 +89,9 @@ contains
          call raise(error, status_input_error, 'supports: every component of every node is held; nothing is left to solve for')
          return
       end if
-      call find_motion(self)
+      many = by_constant_factor
+      if (present(factors)) many = factors
+      call find_motion(self, max(many, maxval(supports%scaling)))
       call find_held_sides(mesh, self%supported, self%support_of, self%held)
    end subroutine new_equations
 
@@ -101,7 +104,7 @@ contains
       integer :: i
       do i = 1, size(self%supported)
          if (turns(self%supported(i)%node)) cycle
-         if (any(abs(self%supported(i)%rotation_value) > 0)) then
+         if (moves(self%supported(i)%rotation_value)) then
             call raise(error, status_input_error, 'support: a rotation is prescribed at node '//text_of(self%supported(i)%node) &
                //', which has none: all its elements are membranes')
             return
@@ -180,9 +183,9 @@ contains
          first = first - dot_product(first, normal)*normal
          first = first/norm2(first)
          second = cross_product(normal, first)
-         call constrain_displacement(self, normal, 0.0_wp, .false., error)
-         if (.not. allocated(error)) call constrain_rotation(self, first, 0.0_wp, .false., error)
-         if (.not. allocated(error)) call constrain_rotation(self, second, 0.0_wp, .false., error)
+         call constrain_displacement(self, normal, 0.0_wp, by_constant_factor, error)
+         if (.not. allocated(error)) call constrain_rotation(self, first, 0.0_wp, by_constant_factor, error)
+         if (.not. allocated(error)) call constrain_rotation(self, second, 0.0_wp, by_constant_factor, error)
          return
       case default
          call raise(error, status_invalid_argument, 'unknown kind of support '//text_of(support%kind))
@@ -192,9 +195,9 @@ contains
       call support_axes(support, position, self%node, axes, error)
       do k = 1, 3
          if (allocated(error)) return
-         if (fixed(k)) call constrain_displacement(self, axes(:, k), value(k), support%constant, error)
+         if (fixed(k)) call constrain_displacement(self, axes(:, k), value(k), support%scaling, error)
          if (allocated(error)) return
-         if (fixed(uz + k)) call constrain_rotation(self, axes(:, k), value(uz + k), support%constant, error)
+         if (fixed(uz + k)) call constrain_rotation(self, axes(:, k), value(uz + k), support%scaling, error)
       end do
    end subroutine add_support
 
@@ -237,25 +240,34 @@ contains
    end subroutine support_axes
 
    !> List the nodes whose held components are moved.
-   subroutine find_motion(self)
+   subroutine find_motion(self, factors)
       type(equations_t), intent(inout) :: self
-      logical, allocatable :: moves(:)
+      integer, intent(in) :: factors
+      logical, allocatable :: moved(:)
       integer :: i, k
-      allocate (moves(size(self%supported)))
-      do i = 1, size(self%supported)
-         moves(i) = any(abs(self%supported(i)%displacement_value) > 0) .or. any(abs(self%supported(i)%rotation_value) > 0)
-      end do
-      allocate (self%moved(count(moves)), self%motion(n_nodal, count(moves), by_constant_factor), self%turned(count(moves)))
+      moved = [(moves(self%supported(i)%displacement_value) .or. moves(self%supported(i)%rotation_value), &
+                i=1, size(self%supported))]
+      allocate (self%moved(count(moved)), self%turned(count(moved)))
+      allocate (self%motion(n_nodal, count(moved), factors), source=0.0_wp)
       k = 0
       do i = 1, size(self%supported)
-         if (.not. moves(i)) cycle
+         if (.not. moved(i)) cycle
          k = k + 1
-         self%moved(k) = self%supported(i)%node
-         self%motion(ux:uz, k, :) = self%supported(i)%displacement_value
-         self%motion(rx:rz, k, :) = self%supported(i)%rotation_value
-         self%turned(k) = self%supported(i)%rotations == 3
+         associate (s => self%supported(i))
+            self%moved(k) = s%node
+            if (allocated(s%displacement_value)) &
+               self%motion(ux:uz, k, :size(s%displacement_value, 2)) = s%displacement_value
+            if (allocated(s%rotation_value)) self%motion(rx:rz, k, :size(s%rotation_value, 2)) = s%rotation_value
+            self%turned(k) = s%rotations == 3
+         end associate
       end do
    end subroutine find_motion
+
+   pure logical function moves(values)
+      real(wp), allocatable, intent(in) :: values(:, :)
+      moves = .false.
+      if (allocated(values)) moves = any(abs(values) > 0)
+   end function moves
 
    !> Displacement and spin of a moved node per change of a factor. Where the whole rotation is given by a vector that two factors
    !> scale, the spin is not the vector of the one that changes.
@@ -275,8 +287,11 @@ contains
       integer, intent(in) :: i !< index into moved
       type(state_t), intent(in) :: state
       real(wp) :: rotation(3)
-      rotation = state%load_factor*self%motion(rx:rz, i, by_load_factor) &
-         + state%constant_factor*self%motion(rx:rz, i, by_constant_factor)
+      integer :: k
+      rotation = 0
+      do k = 1, size(self%motion, 3)
+         rotation = rotation + factor_at(state, k)*self%motion(rx:rz, i, k)
+      end do
    end function rotation_at
 
    !> Global nodal vectors (n_nodal, nodes) to the equations: components in node axes, held ones left out.

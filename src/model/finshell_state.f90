@@ -11,8 +11,9 @@ module finshell_state
    type :: state_t
       real(wp), allocatable :: displacement(:, :) !< (3, nodes), global
       real(wp), allocatable :: rotation(:, :) !< (4, nodes) unit quaternions, scalar first: reference to current directors
-      real(wp) :: load_factor = 0 !< of proportional loads and supports
+      real(wp) :: load_factor = 0 !< of the loads and supports of the case that the present step changes
       real(wp) :: constant_factor = 0 !< of constant loads and supports: rises to 1 before the first step
+      real(wp), allocatable :: case_factor(:) !< of the other cases (finshell_factor)
       integer :: increment = 0 !< number of converged increments
       real(wp) :: time = 0 !< spent in steps in time
       !> (n_nodal, nodes) rates of displacements, and spins; and their rates. Global axes. Unallocated: at rest.
@@ -30,12 +31,14 @@ module finshell_state
 contains
 
    !> The unloaded reference state.
-   pure subroutine new_state(self, nodes)
+   pure subroutine new_state(self, nodes, cases)
       type(state_t), intent(out) :: self
       integer, intent(in) :: nodes
+      integer, intent(in), optional :: cases !< beside the one that steps change
       allocate (self%displacement(3, nodes), source=0.0_wp)
       allocate (self%rotation(4, nodes), source=0.0_wp)
       self%rotation(1, :) = 1
+      if (present(cases)) allocate (self%case_factor(cases), source=0.0_wp)
    end subroutine new_state
 
    !> Add displacements to displacements and spins to rotations.

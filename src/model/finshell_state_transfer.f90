@@ -8,7 +8,7 @@
 module finshell_state_transfer
    use finshell_edges, only: edges_t, find_edge, new_edges
    use finshell_equations, only: equations_t, rotation_at
-   use finshell_factor, only: by_constant_factor, by_load_factor
+   use finshell_factor, only: factor_at
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t, twice_area_vector
@@ -106,8 +106,9 @@ contains
          if (equations%frame(i) > 0) axes = equations%frames(:, :, equations%frame(i))
          motion = 0
          m = moved_of(i)
-         if (m > 0) motion = state%load_factor*equations%motion(:, m, by_load_factor) &
-                             + state%constant_factor*equations%motion(:, m, by_constant_factor)
+         do k = 1, merge(size(equations%motion, 3), 0, m > 0)
+            motion = motion + factor_at(state, k)*equations%motion(:, m, k)
+         end do
          u = matmul(state%displacement(:, i) - motion(ux:uz), axes)
          where (equations%number(ux:uz, i) == 0) u = 0
          state%displacement(:, i) = motion(ux:uz) + matmul(axes, u)

@@ -51,6 +51,7 @@ module finshell_step
    type :: step_t
       character(len=:), allocatable :: name
       integer :: control = control_load
+      integer :: case = 1 !< whose factor is the load factor of the step; 1: that of loads and supports without a case
       integer :: scaling = by_load_factor !< the factor that it changes (finshell_factor): what is called the load factor below
       !> The step ends at this load factor, or when the monitored displacement reaches the last of `displacements`, whichever
       !> comes first.

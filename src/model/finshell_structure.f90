@@ -20,6 +20,7 @@ module finshell_structure
       real(wp), allocatable :: normal(:, :, :)
       type(support_t), allocatable :: supports(:)
       type(load_t), allocatable :: loads(:)
+      integer :: cases = 0 !< of loads and supports, beside the first, which has no name
    end type structure_t
 
 contains

@@ -31,7 +31,7 @@ module finshell_support
       !> Prescribed values of held components. Rotations: with one or two held, turned about the fixed axis; with all three
       !> held, a rotation vector.
       real(wp) :: value(n_nodal) = 0
-      logical :: constant = .false. !< values do not scale with the load factor (they are brought in before the first step)
+      integer :: scaling = by_load_factor !< what scales the values (finshell_factor)
       real(wp) :: normal(3) = 0 !< support_symmetry: normal of the plane, any length
       integer :: axes_kind = axes_global
       real(wp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]) !< axes_given: orthonormal columns
@@ -46,8 +46,8 @@ module finshell_support
       integer :: rotations = 0
       real(wp) :: displacement_axes(3, 3) = 0 !< the first `displacements` columns are orthonormal and span what is held
       real(wp) :: rotation_axes(3, 3) = 0
-      real(wp) :: displacement_value(3, by_constant_factor) = 0 !< prescribed vectors (global, within the held subspace), by factor
-      real(wp) :: rotation_value(3, by_constant_factor) = 0
+      !> (3, factors) prescribed vectors (global, within the held subspace), as many as were prescribed; unallocated: none.
+      real(wp), allocatable :: displacement_value(:, :), rotation_value(:, :)
    end type node_support_t
 
    real(wp), parameter :: tolerance = 1.0e-8_wp !< of unit directions: below it two directions are the same
@@ -55,38 +55,46 @@ module finshell_support
 contains
 
    !> Hold the displacement of a node along a unit direction at a value.
-   pure subroutine constrain_displacement(self, direction, value, constant, error)
+   pure subroutine constrain_displacement(self, direction, value, scaling, error)
       type(node_support_t), intent(inout) :: self
       real(wp), intent(in) :: direction(3), value
-      logical, intent(in) :: constant
+      integer, intent(in) :: scaling !< of the value (finshell_factor)
       type(error_t), allocatable, intent(inout) :: error
-      call constrain(self%displacements, self%displacement_axes, self%displacement_value, direction, value, constant, &
+      call constrain(self%displacements, self%displacement_axes, self%displacement_value, direction, value, scaling, &
          self%node, 'displacement', error)
    end subroutine constrain_displacement
 
    !> Hold the rotation of a node about a unit direction at a value.
-   pure subroutine constrain_rotation(self, direction, value, constant, error)
+   pure subroutine constrain_rotation(self, direction, value, scaling, error)
       type(node_support_t), intent(inout) :: self
       real(wp), intent(in) :: direction(3), value
-      logical, intent(in) :: constant
+      integer, intent(in) :: scaling
       type(error_t), allocatable, intent(inout) :: error
-      call constrain(self%rotations, self%rotation_axes, self%rotation_value, direction, value, constant, &
+      call constrain(self%rotations, self%rotation_axes, self%rotation_value, direction, value, scaling, &
          self%node, 'rotation', error)
    end subroutine constrain_rotation
 
    !> Add one constraint to a subspace; a direction already held must be held at the same value.
-   pure subroutine constrain(count, axes, values, direction, value, constant, node, what, error)
+   pure subroutine constrain(count, axes, values, direction, value, scaling, node, what, error)
       integer, intent(inout) :: count
-      real(wp), intent(inout) :: axes(3, 3), values(3, by_constant_factor)
+      real(wp), intent(inout) :: axes(3, 3)
+      real(wp), allocatable, intent(inout) :: values(:, :)
       real(wp), intent(in) :: direction(3), value
-      logical, intent(in) :: constant
+      integer, intent(in) :: scaling
       integer, intent(in) :: node
       character(len=*), intent(in) :: what
       type(error_t), allocatable, intent(inout) :: error
-      real(wp) :: rest(3), length, wanted(by_constant_factor), held(by_constant_factor), rounding
+      real(wp), allocatable :: wanted(:), held(:), grown(:, :)
+      real(wp) :: rest(3), length, rounding
       integer :: k
-      wanted = 0
-      wanted(merge(by_constant_factor, by_load_factor, constant)) = value
+      if (.not. allocated(values)) allocate (values(3, max(scaling, by_constant_factor)), source=0.0_wp)
+      if (size(values, 2) < scaling) then
+         allocate (grown(3, scaling), source=0.0_wp)
+         grown(:, :size(values, 2)) = values
+         call move_alloc(grown, values)
+      end if
+      allocate (wanted(size(values, 2)), source=0.0_wp)
+      wanted(scaling) = value
       rest = direction
       do k = 1, count
          rest = rest - dot_product(axes(:, k), direction)*axes(:, k)
@@ -96,7 +104,7 @@ contains
       if (length > tolerance .and. count < 3) then
          count = count + 1
          axes(:, count) = rest/length
-         do k = by_load_factor, by_constant_factor
+         do k = 1, size(values, 2)
             values(:, k) = values(:, k) + (wanted(k) - held(k))/length*axes(:, count)
          end do
       else

@@ -35,6 +35,7 @@ module finshell_path
       real(dp) :: started = -1
       type(record_t) :: last !< the last converged increment
       type(stability_t) :: stability !< of the last equilibrium state
+      integer, private :: case = 1 !< of loads, that the last step changed
       integer, private :: bifurcations = 0 !< located in this step
       real(wp), private :: laboured = 0 !< increments that failed at first, the last ones counting most
       real(wp), private :: largest = 0 !< change of the load factor in an increment of this step
@@ -90,7 +91,7 @@ contains
       self%hampered = .false.
       self%smooth = .true.
       if (allocated(self%branch)) deallocate (self%branch)
-      if (continues(self%history, step, targets, problem%state%load_factor)) then
+      if (step%case == self%case .and. continues(self%history, step, targets, problem%state%load_factor)) then
          self%history%monitored = 0
          self%history%has_tangent = .false. ! another control goes another way from here
          self%size = self%history%length(1)
@@ -102,6 +103,7 @@ contains
          self%load_weight = 0
          self%length_per_factor = 1
       end if
+      self%case = step%case
       call self%advance(problem, step, targets, observer, error)
    end subroutine follow
 

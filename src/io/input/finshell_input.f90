@@ -20,6 +20,7 @@ module finshell_input
    use finshell_input_solver, only: solver_choice_t, read_solver
    use finshell_input_support, only: read_supports, check_supports
    use finshell_factor, only: by_constant_factor
+   use finshell_input_case, only: find_cases, name_t
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
@@ -42,6 +43,7 @@ module finshell_input
       type(preset_t) :: preset !< of what is not given
       type(structure_t) :: structure
       type(step_t), allocatable :: steps(:)
+      type(name_t), allocatable :: cases(:) !< of loads and supports
       integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
       type(monitor_t), allocatable :: monitors(:)
       type(output_t) :: output
@@ -230,7 +232,9 @@ contains
       integer, allocatable :: last(:), where_they_are(:)
       integer :: i
 
-      call read_supports(namelist, input%structure%mesh, supports, last, where_they_are, error)
+      call find_cases(namelist, input%cases, error)
+      input%structure%cases = size(input%cases)
+      call read_supports(namelist, input%structure%mesh, input%cases, supports, last, where_they_are, error)
       if (allocated(error)) return
       call move_alloc(supports, input%structure%supports)
       call check_supports(namelist%groups(where_they_are), last, input%structure%mesh, input%structure%supports, input%file, error)
@@ -253,18 +257,18 @@ contains
       do i = 1, size(namelist%groups)
          select case (namelist%groups(i)%name)
          case ('load')
-            call read_load(namelist%groups(i), input%structure, error)
+            call read_load(namelist%groups(i), input%structure, input%cases, error)
             input%load_lines = [input%load_lines, namelist%groups(i)%line]
          case ('step')
             n = n + 1
-            call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%preset, &
+            call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%cases, input%preset, &
                            input%steps(n), error)
             input%step_lines = [input%step_lines, namelist%groups(i)%line]
          end select
          if (allocated(error)) return
       end do
       call check_ways(namelist, input%steps, any(input%structure%loads%scaling == by_constant_factor) &
-                      .or. any(input%structure%supports%constant), error)
+                      .or. any(input%structure%supports%scaling == by_constant_factor), error)
    end subroutine translate_loads_and_steps
 
    subroutine translate_output(namelist, input, error)

@@ -84,7 +84,9 @@ contains
       type(monitor_t), intent(in) :: monitors(:)
       type(error_t), allocatable, intent(inout) :: error
       integer :: i
-      if (any(is_mode(steps%control))) then
+      if (structure%cases > 0) then
+         call complain_about(group, '', 'loads and supports have cases, which cannot go on from mesh to mesh', error)
+      else if (any(is_mode(steps%control))) then
          call complain_about(group, '', 'modes have no estimate of their error; finshell study refines their meshes', error)
       else if (any(steps%control == control_linear) .and. .not. all(steps%control == control_linear)) then
          call complain_about(group, '', 'either all steps are linear or none is expected', error)

@@ -1,7 +1,8 @@
 !> The group &load of an input file.
 module finshell_input_load
    use finshell_error, only: error_t, text_of
-   use finshell_factor, only: by_constant_factor, unscaled
+   use finshell_factor, only: unscaled
+   use finshell_input_case, only: get_scaling, name_t
    use finshell_kinds, only: wp
    use finshell_load, only: load_t, load_nodal
    use finshell_load, only: pressure_automatic, pressure_symmetric, pressure_unsymmetric
@@ -18,26 +19,24 @@ module finshell_input_load
 contains
 
    !> &load: append one load. The sections of the structure must be there (density).
-   subroutine read_load(group, structure, error)
+   subroutine read_load(group, structure, cases, error)
       type(group_t), intent(inout) :: group
       type(structure_t), intent(inout) :: structure
+      type(name_t), intent(in) :: cases(:)
       type(error_t), allocatable, intent(inout) :: error
       type(load_t) :: load
       type(load_t), allocatable :: grown(:)
       character(len=:), allocatable :: kind_name
-      logical :: constant
       integer :: i
 
       if (allocated(error)) return
       call get(group, 'type', kind_name, error, choices=kinds)
       if (allocated(error)) return
       load%kind = kind_name
-      constant = .false.
       if (kind_name == 'foundation') then
          load%scaling = unscaled
       else
-         call get(group, 'constant', constant, error, default=.false.)
-         if (constant) load%scaling = by_constant_factor
+         call get_scaling(group, cases, load%scaling, error)
       end if
       select case (kind_name)
       case ('force', 'moment')

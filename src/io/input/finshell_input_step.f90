@@ -12,6 +12,7 @@ module finshell_input_step
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_preset, only: preset_t
    use finshell_input_time_step, only: read_time_step
+   use finshell_input_case, only: get_case, name_t
    use finshell_input_common, only: get_set, get_component, kind_node, kind_element
    implicit none
    private
@@ -22,10 +23,11 @@ module finshell_input_step
 contains
 
    !> &step: how the path is followed. The defaults are those of finshell_step.
-   subroutine read_step(group, mesh, default_name, preset, step, error)
+   subroutine read_step(group, mesh, default_name, cases, preset, step, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
       character(len=*), intent(in) :: default_name
+      type(name_t), intent(in) :: cases(:)
       type(preset_t), intent(inout) :: preset
       type(step_t), intent(out) :: step
       type(error_t), allocatable, intent(inout) :: error
@@ -33,6 +35,7 @@ contains
 
       if (allocated(error)) return
       call get(group, 'name', step%name, error, default=default_name)
+      call get_case(group, cases, step%case, error)
       call get(group, 'control', control, error, default='load', &
          choices='load, displacement, arc_length, volume, dynamic, explicit, linear, buckling, frequencies')
       if (allocated(error)) return

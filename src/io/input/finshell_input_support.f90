@@ -8,6 +8,7 @@ module finshell_input_support
    use finshell_rotation, only: cross_product
    use finshell_support, only: support_t, support_components, support_clamp, support_hinge, support_symmetry
    use finshell_support, only: axes_given, axes_cylindrical
+   use finshell_input_case, only: get_scaling, name_t
    use finshell_namelist, only: group_t, namelist_t, get, get_strings, has, check_all_used, complain_about
    use finshell_input_common, only: get_sets, get_vector, place_error, kind_node
    implicit none
@@ -22,9 +23,10 @@ module finshell_input_support
 contains
 
    !> All groups &support.
-   subroutine read_supports(namelist, mesh, supports, last, groups, error)
+   subroutine read_supports(namelist, mesh, cases, supports, last, groups, error)
       type(namelist_t), intent(inout) :: namelist
       type(mesh_t), intent(in) :: mesh
+      type(name_t), intent(in) :: cases(:)
       type(support_t), allocatable, intent(out) :: supports(:)
       integer, allocatable, intent(out) :: last(:) !< of the supports of each group
       integer, allocatable, intent(out) :: groups(:) !< where they are in the namelist
@@ -34,16 +36,17 @@ contains
       groups = pack([(i, i=1, size(namelist%groups))], [(namelist%groups(i)%name == 'support', i=1, size(namelist%groups))])
       allocate (supports(0), last(size(groups)))
       do i = 1, size(groups)
-         call read_support(namelist%groups(groups(i)), mesh, supports, error)
+         call read_support(namelist%groups(groups(i)), mesh, cases, supports, error)
          if (allocated(error)) return
          last(i) = size(supports)
       end do
    end subroutine read_supports
 
    !> &support: one support for each of its node sets.
-   subroutine read_support(group, mesh, supports, error)
+   subroutine read_support(group, mesh, cases, supports, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
+      type(name_t), intent(in) :: cases(:)
       type(support_t), allocatable, intent(inout) :: supports(:)
       type(error_t), allocatable, intent(inout) :: error
       type(support_t) :: support
@@ -62,7 +65,7 @@ contains
          support%kind = support_hinge
       case ('components')
          support%kind = support_components
-         call read_components(group, support, error)
+         call read_components(group, cases, support, error)
          call read_axes(group, support, error)
       case default
          support%kind = support_symmetry
@@ -83,8 +86,9 @@ contains
    end subroutine read_support
 
    !> fixed = 'ux', ... holds components at zero; ux = value holds one at a value.
-   subroutine read_components(group, support, error)
+   subroutine read_components(group, cases, support, error)
       type(group_t), intent(inout) :: group
+      type(name_t), intent(in) :: cases(:)
       type(support_t), intent(inout) :: support
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: fixed(:)
@@ -102,7 +106,7 @@ contains
             support%fixed(k) = .true.
          end do
       end do
-      call get(group, 'constant', support%constant, error, default=.false.)
+      call get_scaling(group, cases, support%scaling, error)
       if (.not. allocated(error) .and. .not. any(support%fixed)) call complain_about(group, '', &
          "nothing is held: give type = 'clamped' or another type, or components (fixed = 'ux', ... or ux = value)", error)
    end subroutine read_components

@@ -9,6 +9,11 @@ module finshell_input_way
    private
    public :: check_ways
 
+   !> Factor of a case where a step begins; unallocated where that is not known.
+   type :: place_t
+      real(wp), allocatable :: factor
+   end type place_t
+
 contains
 
    !> Check the steps of an input one after the other.
@@ -17,18 +22,20 @@ contains
       type(step_t), intent(in) :: steps(:) !< of the groups &step, in their order
       logical, intent(in) :: constants !< constant loads or supports move the structure before the first step
       type(error_t), allocatable, intent(inout) :: error
-      real(wp), allocatable :: factor
+      type(place_t) :: at(maxval(steps%case))
       logical :: at_rest
       integer :: i, n
 
-      factor = 0
+      do i = 1, size(at)
+         at(i)%factor = 0
+      end do
       at_rest = .not. constants
       n = 0
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'step') cycle
          n = n + 1
          if (leaves_state(steps(n)%control)) cycle
-         call check_way(namelist%groups(i), steps(n), factor, at_rest, error)
+         call check_way(namelist%groups(i), steps(n), at(steps(n)%case)%factor, at_rest, error)
          if (allocated(error)) return
          at_rest = .false.
       end do
