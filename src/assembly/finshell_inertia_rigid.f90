@@ -95,26 +95,26 @@ contains
          do k = 1, equations%supported(i)%displacements
             row(ux:uz) = equations%supported(i)%displacement_axes(:, k)
             row(rx:rz) = cross_product(arm(:, node), row(ux:uz))
-            call add_row()
+            call add_row(row, conditions)
          end do
          if (.not. mass(rx, node) > 0) cycle
          do k = 1, equations%supported(i)%rotations
             row(ux:uz) = 0
             row(rx:rz) = equations%supported(i)%rotation_axes(:, k)
-            call add_row()
+            call add_row(row, conditions)
          end do
       end do
       call null_space(conditions, modes, count)
-
-   contains
-
-      pure subroutine add_row()
-         integer :: c
-         do c = 1, n_nodal
-            conditions(:, c) = conditions(:, c) + row*row(c)
-         end do
-      end subroutine add_row
    end subroutine free_motions
+
+   pure subroutine add_row(row, conditions)
+      real(wp), intent(in) :: row(n_nodal)
+      real(wp), intent(inout) :: conditions(n_nodal, n_nodal)
+      integer :: c
+      do c = 1, n_nodal
+         conditions(:, c) = conditions(:, c) + row*row(c)
+      end do
+   end subroutine add_row
 
    !> The nodal motion of a rigid one.
    pure function rigid(arm, length, mode) result(motion)
