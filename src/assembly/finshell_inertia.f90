@@ -26,6 +26,7 @@ module finshell_inertia
 
    type :: inertia_t
       real(wp), allocatable :: mass(:, :) !< (n_nodal, nodes) masses and rotatory inertias
+      logical, allocatable :: turns(:) !< (nodes) whether a node has rotations, be they without inertia
       real(wp) :: mass_damping = 0 !< Rayleigh: of this times the masses
       type(damper_t) :: damper !< and of the stiffness of the material
       logical :: conserves = .false. !< energy and momenta (finshell_inertia_rigid)
@@ -66,7 +67,7 @@ contains
       self%velocity = free_part(equations, self%v0 + self%v1*motion) + self%held_velocity
       self%acceleration = free_part(equations, self%a0 + self%a1*motion) + self%held_acceleration
       if (self%conserves .and. self%increment > 0) then
-         call keep_momenta(structure%mesh%coordinates, equations, self%mass, base, state, self%increment, motion, &
+         call keep_momenta(structure%mesh%coordinates, equations, self%mass, self%turns, base, state, self%increment, motion, &
                            0.5_wp*(self%base_internal + internal_force), &
                            0.5_wp*(self%base_force + external_force - internal_force), gain, correction)
          correction = free_part(equations, correction)

@@ -26,10 +26,12 @@ module finshell_inertia_rigid
 contains
 
    !> Accelerations by the two forces. Those of held components are of no use.
-   subroutine keep_momenta(coordinates, equations, mass, base, state, increment, motion, internal, force, gain, correction)
+   subroutine keep_momenta(coordinates, equations, mass, turns, base, state, increment, motion, internal, force, gain, &
+                           correction)
       real(wp), intent(in) :: coordinates(:, :) !< (3, nodes)
       type(equations_t), intent(in) :: equations
       real(wp), intent(in) :: mass(:, :) !< (n_nodal, nodes)
+      logical, intent(in) :: turns(:) !< (nodes) whether a node has rotations
       type(state_t), intent(in) :: base, state
       real(wp), intent(in) :: increment !< h
       real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes) d
@@ -47,7 +49,7 @@ contains
       end do
       length = sqrt(max(sum(mass(ux:uz, :)*arm**2)/sum(mass(ux, :)), tiny(1.0_wp)))
       arm = arm/length
-      call free_motions(equations, mass, arm, modes, count)
+      call free_motions(equations, turns, arm, modes, count)
 
       velocity = free_part(equations, motion/increment)
       allocate (correction(n_nodal, size(mass, 2)), source=0.0_wp)
@@ -82,9 +84,10 @@ contains
    end function free_part
 
    !> Orthonormal rigid motions (translation, length times rotation) that no held component resists.
-   pure subroutine free_motions(equations, mass, arm, modes, count)
+   pure subroutine free_motions(equations, turns, arm, modes, count)
       type(equations_t), intent(in) :: equations
-      real(wp), intent(in) :: mass(:, :), arm(:, :)
+      logical, intent(in) :: turns(:)
+      real(wp), intent(in) :: arm(:, :)
       real(wp), intent(out) :: modes(n_nodal, n_nodal)
       integer, intent(out) :: count
       real(wp) :: conditions(n_nodal, n_nodal), row(n_nodal)
@@ -97,7 +100,7 @@ contains
             row(rx:rz) = cross_product(arm(:, node), row(ux:uz))
             call add_row(row, conditions)
          end do
-         if (.not. mass(rx, node) > 0) cycle
+         if (.not. turns(node)) cycle
          do k = 1, equations%supported(i)%rotations
             row(ux:uz) = 0
             row(rx:rz) = equations%supported(i)%rotation_axes(:, k)

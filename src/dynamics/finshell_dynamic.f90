@@ -117,7 +117,7 @@ contains
             else
                failures = failures + 1
                call self%pace%fail(h)
-               if (failures > step%maximum_cuts .or. self%pace%exhausted() .or. .not. step%automatic) then
+               if (failures > step%maximum_cuts .or. self%pace%exhausted()) then
                   path%iterations = path%iterations + record%iterations
                   path%cuts = path%cuts + record%cuts
                   call problem%restore()

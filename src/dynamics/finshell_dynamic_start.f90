@@ -4,7 +4,7 @@ module finshell_dynamic_start
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_constant_factor, by_load_factor, set_factor
-   use finshell_freedoms, only: n_nodal, rx, rz
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: new_damper
    use finshell_inertia_rigid, only: free_part
    use finshell_kinds, only: wp, dp
@@ -46,12 +46,14 @@ contains
       associate (inertia => problem%inertia, state => problem%state, equations => problem%equations)
          call lumped_masses(problem, inertia%mass, error)
          if (allocated(error)) return
-         node = findloc(any(equations%number > 0 .and. .not. inertia%mass > 0, dim=1), .true., 1)
+         node = findloc(any(equations%number(ux:uz, :) > 0 .and. .not. inertia%mass(ux:uz, :) > 0, dim=1), .true., 1)
          if (node > 0) then
             call raise(error, status_input_error, 'dynamic: node '//text_of(node)//' can move but has no mass: it belongs to no ' &
                //'element')
             return
          end if
+         inertia%turns = inertia%mass(rx, :) > 0
+         if (.not. step%rotatory) inertia%mass(rx:rz, :) = 0
          inertia%mass_damping = step%mass_damping
          if (step%stiffness_damping > 0) call new_damper(inertia%damper, problem%structure, state, problem%own_elements, &
             equations%held, step%stiffness_damping, error)

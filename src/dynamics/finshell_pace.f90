@@ -15,6 +15,7 @@ module finshell_pace
       real(wp) :: tolerance = 0, largest = huge(1.0_wp), smallest = 0, growth = 1
       logical :: automatic = .true.
       real(wp), private :: speed = 0 !< V
+      real(wp), private :: wish = 0 !< of the step, where increments are not automatic
    contains
       procedure :: begin
       procedure :: error_of
@@ -45,6 +46,7 @@ contains
       self%size = first
       if (step%first_increment > 0) self%size = step%first_increment
       self%size = min(self%size, self%largest)
+      self%wish = self%size
       self%speed = 0
    end subroutine begin
 
@@ -75,6 +77,7 @@ contains
       real(wp), intent(in) :: speed
       real(wp) :: ratio
       self%speed = max(fading*self%speed, speed)
+      if (.not. self%automatic) self%size = self%wish
       if (.not. self%automatic) return
       ratio = self%growth
       if (error > 0) ratio = min(self%growth, max(most_shorter, margin*sqrt(self%tolerance/error)))
