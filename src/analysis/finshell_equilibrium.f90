@@ -29,7 +29,7 @@ module finshell_equilibrium
    use finshell_levels, only: force_levels
    use finshell_watched_displacement, only: watch_displacement
    use finshell_balance, only: balance_t
-   use finshell_ledger, only: balance_between, entry_t, load_gain, motion_times
+   use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
    use finshell_inertia, only: inertia_t
    use finshell_ground, only: add_ground, is_soft, lumped_weight
@@ -228,7 +228,8 @@ contains
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
             self%structure, self%equations, self%state, self%watched, self%watched_rate)
       end if
-      if (allocated(self%inertia)) call add_inertia(self, tangent)
+      if (allocated(self%inertia)) call self%inertia%act(self%structure, self%equations, self%assembly, self%base, self%state, &
+         self%external_force, tangent, merge(self%diagonal, 0, leads(self%team)), self%values)
       out_of_balance = self%external_force - self%internal_force
       self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
       call gather(self%equations, out_of_balance, self%residual)
@@ -237,18 +238,6 @@ contains
       self%force_level = levels(1)
       self%moment_level = levels(2)
    end subroutine evaluate_toward
-
-   !> Inertia and damping: to the external forces and, with `tangent`, to the matrix.
-   subroutine add_inertia(self, tangent)
-      class(equilibrium_t), intent(inout) :: self
-      logical, intent(in) :: tangent
-      real(wp) :: gain
-      gain = 0
-      if (self%inertia%conserves) gain = load_gain(self%balance(by_load_factor), self%base_entry, self%entry, &
-                                                   self%change(by_load_factor))
-      call self%inertia%act(self%structure, self%equations, self%assembly, self%base, self%state, gain, self%internal_force, &
-                            self%external_force, tangent, merge(self%diagonal, 0, leads(self%team)), self%values)
-   end subroutine add_inertia
 
    subroutine keep_base(self)
       class(equilibrium_t), intent(inout) :: self

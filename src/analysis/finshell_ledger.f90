@@ -11,7 +11,7 @@ module finshell_ledger
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: entry_t, motion_times, balance_between, load_gain
+   public :: entry_t, motion_times, balance_between
 
    !> What is known of a state.
    type :: entry_t
@@ -84,13 +84,4 @@ contains
       value%throughput = max(abs(before(active)), abs(after(active)))*abs(way(active)) &
                          + max(abs(from%reaction), abs(to%reaction))*abs(after(active) - before(active))
    end subroutine balance_between
-
-   !> Work of the loads, without moved supports, less what has been stored; huge where it is not known.
-   pure real(wp) function load_gain(balance, from, to, change)
-      type(balance_t), intent(in) :: balance
-      type(entry_t), intent(in) :: from, to
-      real(wp), intent(in) :: change !< of the factor
-      load_gain = huge(1.0_wp)
-      if (balance%known) load_gain = balance%work - 0.5_wp*(from%reaction + to%reaction)*change - balance%energy
-   end function load_gain
 end module finshell_ledger

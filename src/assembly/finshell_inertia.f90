@@ -12,29 +12,25 @@
 !> the first order and symmetric ones of the second order in the rotation of an increment.
 module finshell_inertia
    use finshell_assembly, only: assembly_t
-   use finshell_equations, only: equations_t
+   use finshell_equations, only: equations_t, gather, scatter
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: damper_t
-   use finshell_inertia_rigid, only: free_part, keep_momenta
    use finshell_kinds, only: wp
    use finshell_quaternion, only: quaternion_conjugate, quaternion_product
    use finshell_state, only: state_t, motion_between
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: inertia_t
+   public :: inertia_t, free_part
 
    type :: inertia_t
       real(wp), allocatable :: mass(:, :) !< (n_nodal, nodes) masses and rotatory inertias
-      logical, allocatable :: turns(:) !< (nodes) whether a node has rotations, be they without inertia
       real(wp) :: mass_damping = 0 !< Rayleigh: of this times the masses
       type(damper_t) :: damper !< and of the stiffness of the material
-      logical :: conserves = .false. !< energy and momenta (finshell_inertia_rigid)
-      real(wp) :: increment = 0 !< of time
+      logical :: rodrigues = .false. !< rotations of d
       real(wp) :: v1 = 0, a1 = 0
       real(wp), allocatable :: v0(:, :), a0(:, :) !< (n_nodal, nodes)
       real(wp), allocatable :: held_velocity(:, :), held_acceleration(:, :) !< (n_nodal, nodes) of moved supports; 0 elsewhere
-      real(wp), allocatable :: base_force(:, :), base_internal(:, :) !< conserving: out-of-balance and internal forces at the base
 
       ! Left by `act`, at the state, (n_nodal, nodes):
       real(wp), allocatable :: velocity(:, :), acceleration(:, :)
@@ -47,32 +43,22 @@ module finshell_inertia
 contains
 
    !> Add inertia and damping to the external forces and, with `tangent`, to the matrix.
-   subroutine act(self, structure, equations, assembly, base, state, gain, internal_force, &
-                  external_force, tangent, diagonal, values)
+   subroutine act(self, structure, equations, assembly, base, state, external_force, tangent, diagonal, values)
       class(inertia_t), intent(inout) :: self
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(assembly_t), intent(in) :: assembly
       type(state_t), intent(in) :: base, state
-      real(wp), intent(in) :: gain !< conserving: work of the loads less what has been stored since the base
-      real(wp), intent(in) :: internal_force(:, :) !< (n_nodal, nodes)
       real(wp), intent(inout) :: external_force(:, :) !< (n_nodal, nodes)
       logical, intent(in) :: tangent
       integer, intent(in) :: diagonal(:) !< (n) where it stands among the values; 0: another member of the team adds to it
       real(wp), intent(inout) :: values(:)
-      real(wp), allocatable :: motion(:, :), correction(:, :), force(:, :)
+      real(wp), allocatable :: motion(:, :), force(:, :)
 
       motion = motion_between(base, state)
-      if (self%conserves) call to_rodrigues(base, state, motion)
+      if (self%rodrigues) call to_rodrigues(base, state, motion)
       self%velocity = free_part(equations, self%v0 + self%v1*motion) + self%held_velocity
       self%acceleration = free_part(equations, self%a0 + self%a1*motion) + self%held_acceleration
-      if (self%conserves .and. self%increment > 0) then
-         call keep_momenta(structure%mesh%coordinates, equations, self%mass, self%turns, base, state, self%increment, motion, &
-                           0.5_wp*(self%base_internal + internal_force), &
-                           0.5_wp*(self%base_force + external_force - internal_force), gain, correction)
-         correction = free_part(equations, correction)
-         where (self%mass > 0) self%acceleration = self%acceleration - 2*correction
-      end if
       allocate (force(n_nodal, size(motion, 2)), source=0.0_wp)
       force = -self%mass_damping*self%mass*self%velocity
       if (tangent) then
@@ -102,6 +88,16 @@ contains
          end do
       end do
    end subroutine stiffen
+
+   !> A nodal vector without its held components.
+   pure function free_part(equations, nodal) result(free)
+      type(equations_t), intent(in) :: equations
+      real(wp), intent(in) :: nodal(:, :) !< (n_nodal, nodes)
+      real(wp) :: free(size(nodal, 1), size(nodal, 2))
+      real(wp) :: x(equations%n)
+      call gather(equations, nodal, x)
+      call scatter(equations, x, free)
+   end function free_part
 
    !> Replace rotation vectors by 2 tan(angle/2) along the axis.
    pure subroutine to_rodrigues(base, state, motion)

@@ -7,7 +7,8 @@ module finshell_dynamic
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_load_factor
-   use finshell_inertia_rigid, only: free_part
+   use finshell_inertia, only: free_part
+   use finshell_conservation, only: keep_energy, keep_momenta, new_rigid, rigid_t
    use finshell_kinds, only: wp, dp
    use finshell_momentum, only: angular_momentum, kinetic_energy, momentum
    use finshell_balance, only: balance_t
@@ -17,6 +18,7 @@ module finshell_dynamic
    use finshell_pace, only: landing_size, pace_t
    use finshell_path, only: path_t
    use finshell_state, only: motion_between
+   use finshell_structure, only: turning_nodes
    use finshell_status, only: status_not_converged
    use finshell_step, only: control_dynamic, scheme_conserving, step_t
    use finshell_support_motion, only: factor_rates, support_rates
@@ -32,6 +34,9 @@ module finshell_dynamic
       real(wp) :: at_start = 0 !< load factor that the step has found
       real(wp), allocatable :: auxiliary(:, :) !< (n_nodal, nodes) finshell_newmark
       real(wp), allocatable :: damping(:, :) !< (n_nodal, nodes) forces of damping
+      real(wp), allocatable :: load(:, :) !< (n_nodal, nodes) forces of loads and damping
+      logical :: conserves = .false. !< energy and momenta
+      real(wp) :: energy = 0 !< when the step began
       real(wp) :: mean_levels(2) = 0
       integer :: increments = 0
       logical :: flies = .false. !< nothing holds a displacement: the mean velocity says nothing about the size of increments
@@ -78,8 +83,10 @@ contains
       call first_size(problem, step, first, error)
       if (allocated(error)) return
       call self%pace%begin(step, first)
-      problem%inertia%conserves = step%scheme == scheme_conserving
-      self%method = new_newmark(merge(1.0_wp, step%rho_infinity, problem%inertia%conserves))
+      self%conserves = step%scheme == scheme_conserving
+      problem%inertia%rodrigues = self%conserves
+      self%method = new_newmark(merge(1.0_wp, step%rho_infinity, self%conserves))
+      self%energy = kinetic_energy(problem%state, problem%inertia%mass*problem%state%velocity) + problem%entry%energy
       self%auxiliary = problem%state%acceleration
       call keep_forces(self, problem)
       self%flies = all(problem%equations%supported%displacements == 0)
@@ -212,20 +219,17 @@ contains
          state%acceleration = inertia%acceleration
          state%time = state%time + h
          state%increment = state%increment + 1
-         if (inertia%conserves) then
-            self%auxiliary = state%acceleration
-         else
-            call self%method%advance(problem%base, state%acceleration, self%auxiliary)
-         end if
+         call self%method%advance(problem%base, state%acceleration, self%auxiliary)
+         self%motion%work = self%motion%work + balance%work
+         self%motion%damped = self%motion%damped &
+            + 0.5_wp*sum(motion_between(problem%base, state)*(self%damping + inertia%damping))
+         if (self%conserves) call conserve(self, problem, h)
          nodal = inertia%mass*state%velocity
          self%motion%time = state%time
          self%motion%kinetic_energy = kinetic_energy(state, nodal)
          self%motion%stored_energy = problem%entry%energy
          self%motion%momentum = momentum(nodal)
          self%motion%angular_momentum = angular_momentum(problem%structure%mesh%coordinates, state, nodal)
-         self%motion%work = self%motion%work + balance%work
-         self%motion%damped = self%motion%damped &
-            + 0.5_wp*sum(motion_between(problem%base, state)*(self%damping + inertia%damping))
       end associate
       call keep_forces(self, problem)
       self%increments = self%increments + 1
@@ -233,16 +237,40 @@ contains
       call problem%accept()
    end subroutine settle
 
+   !> Project the velocities onto what is conserved.
+   subroutine conserve(self, problem, h)
+      type(course_t), intent(in) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      real(wp), intent(in) :: h
+      type(rigid_t) :: rigid
+      real(wp), allocatable :: x(:, :, :)
+      associate (inertia => problem%inertia, state => problem%state, base => problem%base, equations => problem%equations, &
+                 reference => problem%structure%mesh%coordinates)
+         allocate (x(3, size(reference, 2), 3))
+         x(:, :, 1) = reference + base%displacement
+         x(:, :, 3) = reference + state%displacement
+         x(:, :, 2) = 0.5_wp*(x(:, :, 1) + x(:, :, 3))
+         call new_rigid(rigid, equations, inertia%mass, turning_nodes(problem%structure), x(:, :, 2))
+         call keep_momenta(rigid, equations, inertia%mass, x, base%velocity, 0.5_wp*h*(self%load + load_of(problem)), &
+                           state%velocity)
+         call keep_energy(rigid, equations, inertia%mass, x(:, :, 3), self%energy + self%motion%work - self%motion%damped &
+            - problem%entry%energy - kinetic_energy(state, inertia%mass*state%velocity), state%velocity)
+      end associate
+   end subroutine conserve
+
+   !> Forces of loads and damping at the state just evaluated, (n_nodal, nodes).
+   function load_of(problem) result(load)
+      class(equilibrium_t), intent(in) :: problem
+      real(wp), allocatable :: load(:, :)
+      load = problem%external_force + problem%inertia%mass*problem%inertia%acceleration
+   end function load_of
+
    !> Of the state just evaluated, what the next increment needs.
    subroutine keep_forces(self, problem)
       type(course_t), intent(inout) :: self
-      class(equilibrium_t), intent(inout) :: problem
-      associate (inertia => problem%inertia)
-         self%damping = inertia%damping
-         if (.not. inertia%conserves) return
-         inertia%base_internal = problem%internal_force
-         inertia%base_force = problem%external_force - problem%internal_force + inertia%mass*inertia%acceleration + inertia%damping
-      end associate
+      class(equilibrium_t), intent(in) :: problem
+      self%damping = problem%inertia%damping
+      self%load = load_of(problem)
    end subroutine keep_forces
 
    subroutine fill_record(self, problem, h, result, path, record)

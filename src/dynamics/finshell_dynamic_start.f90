@@ -6,7 +6,7 @@ module finshell_dynamic_start
    use finshell_factor, only: by_constant_factor, by_load_factor, set_factor
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: new_damper
-   use finshell_inertia_rigid, only: free_part
+   use finshell_inertia, only: free_part
    use finshell_kinds, only: wp, dp
    use finshell_motion_start, only: begin_motion, lumped_masses
    use finshell_state, only: moved_state, small_part, state_t
@@ -52,7 +52,6 @@ contains
                //'element')
             return
          end if
-         inertia%turns = inertia%mass(rx, :) > 0
          if (.not. step%rotatory) inertia%mass(rx:rz, :) = 0
          inertia%mass_damping = step%mass_damping
          if (step%stiffness_damping > 0) call new_damper(inertia%damper, problem%structure, state, problem%own_elements, &

@@ -44,7 +44,6 @@ contains
       real(wp), intent(in) :: increment !< h
       type(inertia_t), intent(inout) :: inertia
       real(wp) :: share
-      inertia%increment = increment
       associate (h => increment, beta => self%beta, gamma => self%gamma)
          share = (1 - self%am)/(1 - self%af)
          inertia%a1 = share/(beta*h**2)
