@@ -4,7 +4,7 @@ module finshell_dynamic_start
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_constant_factor, by_load_factor, set_factor
-   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
+   use finshell_freedoms, only: n_corners, n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: new_damper
    use finshell_inertia, only: free_part
    use finshell_kinds, only: wp, dp
@@ -18,6 +18,7 @@ module finshell_dynamic_start
    public :: begin_dynamic, first_size, jumps
 
    real(wp), parameter :: per_period = 60 !< increments in the period of the motion that begins
+   real(wp), parameter :: first_turn = 0.05_wp !< radian
    real(wp), parameter :: per_duration = 100 !< and in a step, at least
 
 contains
@@ -84,18 +85,21 @@ contains
       jumps = any(abs(problem%equations%motion(:, :, by_load_factor)) > 0) .and. abs(step%time%factor(0.0_wp, found) - found) > 0
    end function jumps
 
-   !> A first increment: a part of the period that Rayleigh's quotient gives of the acceleration or, without one, of the velocity.
+   !> A first increment: a part of the period that Rayleigh's quotient gives of the acceleration or, without one, of the velocity; and
+   !> no more than turns or stretches a side of an element a little.
    subroutine first_size(problem, step, size, error)
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       real(wp), intent(out) :: size
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: direction(:, :), force(:, :)
-      real(wp) :: mass, part, stiffness
+      real(wp) :: mass, part, rate, stiffness
       type(state_t) :: kept
 
       size = step%time%duration/per_duration
       if (step%first_increment > 0) return
+      rate = fastest_side(problem)
+      if (rate*size > first_turn) size = first_turn/rate
       associate (inertia => problem%inertia, state => problem%state)
          direction = free_part(problem%equations, state%acceleration)
          direction(rx:rz, :) = 0
@@ -116,4 +120,21 @@ contains
       end associate
       call problem%accept()
    end subroutine first_size
+
+   !> Largest change of a side of an element in a unit of time, per length.
+   pure real(wp) function fastest_side(problem) result(rate)
+      class(equilibrium_t), intent(in) :: problem
+      integer :: e, i, j
+      rate = 0
+      associate (mesh => problem%structure%mesh, v => problem%state%velocity)
+         do e = 1, size(mesh%triangles, 2)
+            do i = 1, n_corners
+               j = mod(i, n_corners) + 1
+               associate (a => mesh%triangles(i, e), b => mesh%triangles(j, e))
+                  rate = max(rate, norm2(v(ux:uz, b) - v(ux:uz, a))/norm2(mesh%coordinates(:, b) - mesh%coordinates(:, a)))
+               end associate
+            end do
+         end do
+      end associate
+   end function fastest_side
 end module finshell_dynamic_start
