@@ -15,7 +15,7 @@ module finshell_dynamic_start
    use finshell_support_motion, only: factor_rates, support_rates
    implicit none
    private
-   public :: begin_dynamic, first_size, jumps
+   public :: begin_dynamic, check_start, first_size
 
    real(wp), parameter :: per_period = 60 !< increments in the period of the motion that begins
    real(wp), parameter :: first_turn = 0.05_wp !< radian
@@ -31,16 +31,7 @@ contains
       real(wp), allocatable :: force(:, :)
       integer :: node
 
-      if (jumps(problem, step, problem%state%load_factor)) then
-         call raise(error, status_input_error, 'dynamic: supports move with the load factor, which jumps from ' &
-            //text_of(real(problem%state%load_factor, dp))//' to ' &
-            //text_of(real(step%time%factor(0.0_wp, problem%state%load_factor), dp)) &
-            //' at the beginning; give it over time by times and factors')
-      else if (abs(problem%state%constant_factor - 1) > 0 &
-               .and. any(abs(problem%equations%motion(:, :, by_constant_factor)) > 0)) then
-         call raise(error, status_input_error, "dynamic: constant supports would jump to their place: a step control = 'load' " &
-            //'load_factor = 0 before this one brings them there')
-      end if
+      call check_start(problem, step, problem%state%load_factor, abs(problem%state%constant_factor - 1) <= 0, error)
       if (allocated(error)) return
       if (allocated(problem%inertia)) deallocate (problem%inertia)
       allocate (problem%inertia)
@@ -77,13 +68,26 @@ contains
       call problem%accept()
    end subroutine begin_dynamic
 
-   !> Would moved supports jump at the beginning of a step that finds this load factor?
-   pure logical function jumps(problem, step, found)
+   !> Refuse supports that would jump at the beginning of a step.
+   subroutine check_start(problem, step, found, constants_act, error)
       class(equilibrium_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      real(wp), intent(in) :: found
-      jumps = any(abs(problem%equations%motion(:, :, by_load_factor)) > 0) .and. abs(step%time%factor(0.0_wp, found) - found) > 0
-   end function jumps
+      real(wp), intent(in) :: found !< load factor that the step finds
+      logical, intent(in) :: constants_act
+      type(error_t), allocatable, intent(out) :: error
+      real(wp) :: first
+      first = step%time%factor(0.0_wp, found)
+      associate (motion => problem%equations%motion)
+         if (any(abs(motion(:, :, by_load_factor)) > 0) .and. abs(first - found) > 0) then
+            call raise(error, status_input_error, 'dynamic: supports move with the load factor, which jumps from ' &
+               //text_of(real(found, dp))//' to '//text_of(real(first, dp)) &
+               //' at the beginning; give it over time by times and factors')
+         else if (any(abs(motion(:, :, by_constant_factor)) > 0) .and. .not. constants_act) then
+            call raise(error, status_input_error, "dynamic: constant supports would jump to their place: a step control = 'load' " &
+               //'load_factor = 0 before this one brings them there')
+         end if
+      end associate
+   end subroutine check_start
 
    !> A first increment: a part of the period that Rayleigh's quotient gives of the acceleration or, without one, of the velocity; and
    !> no more than turns or stretches a side of an element a little.
