@@ -32,7 +32,8 @@ module finshell_equilibrium
    use finshell_balance, only: balance_t
    use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
-   use finshell_ground, only: is_soft, ground_stiffness, lumped_weight
+   use finshell_inertia, only: inertia_t
+   use finshell_ground, only: add_ground, is_soft, lumped_weight
    use finshell_element_limit, only: element_trouble
    use finshell_team, only: leads, own_elements, shared, team_t
    implicit none
@@ -58,6 +59,7 @@ module finshell_equilibrium
       !> Factor of each case (finshell_factor), the first being that without a name: see `change_case`.
       integer, allocatable :: factor_of_case(:)
       type(assembly_t) :: assembly
+      type(inertia_t), allocatable :: inertia !< of steps in time
       class(team_t), pointer :: team => null() !< processes that share the work
       integer, allocatable :: own_elements(:) !< of this process
       real(wp), allocatable :: values(:) !< of the matrix, left by `evaluate`
@@ -202,14 +204,8 @@ contains
 
       part = 0
       if (present(stand_in)) part = stand_in
-      if (tangent .and. part > 0) then
-         if (.not. allocated(self%ground)) then
-            allocate (self%ground(size(self%values)))
-            call ground_stiffness(self%assembly, self%structure, self%ground, error)
-            if (allocated(error)) return
-         end if
-         self%values = self%values + part*self%ground
-      end if
+      if (tangent .and. part > 0) call add_ground(self%assembly, self%structure, part, self%ground, self%values, error)
+      if (allocated(error)) return
 
       active = by_load_factor
       if (present(scaling)) active = scaling
@@ -238,10 +234,13 @@ contains
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
             self%structure, self%equations, self%state, self%watched, self%watched_rate)
       end if
+      if (allocated(self%inertia)) call self%inertia%act(self%structure, self%equations, self%assembly, self%base, self%state, &
+         self%external_force, tangent, merge(self%diagonal, 0, leads(self%team)), self%values)
       out_of_balance = self%external_force - self%internal_force
       self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
       call gather(self%equations, out_of_balance, self%residual)
-      levels = force_levels(self%equations, self%external_force, out_of_balance, unit_force(:, :, unscaled:))
+      levels = force_levels(self%equations, scaled_sum(self%state, unit_force), out_of_balance, unit_force(:, :, unscaled:))
+      if (allocated(self%inertia)) levels = max(levels, self%inertia%level)
       self%force_level = levels(1)
       self%moment_level = levels(2)
    end subroutine evaluate_toward
@@ -406,15 +405,10 @@ contains
       class(equilibrium_t), intent(in) :: self
       type(state_t), intent(in) :: state
       real(wp) :: value
-      integer :: i
       if (allocated(self%watched_volume)) then
          value = self%watched_volume%value(self%structure, state)
-         return
+      else
+         value = sum(state%displacement(self%watched_component, self%watched_nodes))/size(self%watched_nodes)
       end if
-      value = 0
-      do i = 1, size(self%watched_nodes)
-         value = value + state%displacement(self%watched_component, self%watched_nodes(i))
-      end do
-      value = value/size(self%watched_nodes)
    end function monitored
 end module finshell_equilibrium

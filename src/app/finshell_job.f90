@@ -1,6 +1,7 @@
 !> All steps of a job, one after the other.
 module finshell_job
    use finshell_buckling, only: solve_buckling
+   use finshell_dynamic, only: solve_dynamic
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t
    use finshell_frequencies, only: solve_frequencies
@@ -8,7 +9,7 @@ module finshell_job
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
    use finshell_speaker, only: speaker_t
-   use finshell_step, only: control_buckling, control_frequencies, control_linear, step_t
+   use finshell_step, only: control_buckling, control_dynamic, control_frequencies, control_linear, step_t
    implicit none
    private
    public :: follow_steps
@@ -31,6 +32,7 @@ contains
          select case (steps(i)%control)
          case (control_linear); call solve_linear(problem, steps(i), speaker, error)
          case (control_buckling); call solve_buckling(problem, steps(i), speaker, error)
+         case (control_dynamic); call solve_dynamic(problem, steps(i), path, speaker, error)
          case (control_frequencies); call solve_frequencies(problem, steps(i), speaker, error)
          case default; call path%follow(problem, steps(i), speaker, error)
          end select

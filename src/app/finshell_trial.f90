@@ -2,6 +2,7 @@
 module finshell_trial
    use finshell_kinds, only: wp
    use finshell_crossed_cells, only: crossed_cells
+   use finshell_dynamic_start, only: check_start
    use finshell_equations, only: equations_t
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
@@ -13,8 +14,8 @@ module finshell_trial
    use finshell_mass_assembly, only: check_masses
    use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
    use finshell_status, only: status_input_error
-   use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_frequencies, control_name, is_in_time, &
-      leaves_state
+   use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_dynamic, control_frequencies, &
+      control_name, is_in_time, leaves_state
    use finshell_structure, only: structure_t
    use finshell_targets, only: targets_t, new_targets
    implicit none
@@ -51,6 +52,8 @@ contains
       if (is_in_time(step%control)) then
          call check_masses(problem%structure, error)
          if (allocated(error)) error%message = control_name(step%control)//': '//error%message
+         if (.not. allocated(error) .and. first .and. step%control == control_dynamic) &
+            call check_start(problem, step, 0.0_wp, .false., error)
          return
       end if
       if (.not. leaves_state(step%control)) then

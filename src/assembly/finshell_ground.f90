@@ -22,7 +22,7 @@ module finshell_ground
    use finshell_voigt, only: row
    implicit none
    private
-   public :: is_soft, ground_stiffness, lumped_weight
+   public :: is_soft, add_ground, ground_stiffness, lumped_weight
 
    real(wp), parameter :: tension = 0.05_wp !< strain of the stand-in of a membrane
    real(wp), parameter :: negligible = 1.0e-10_wp !< shear stiffness relative to the scale of the law
@@ -58,6 +58,22 @@ contains
       scale = law%reference_tangent()
       soft = abs(d(1, 3)) <= negligible*abs(scale(3))
    end function law_is_soft
+
+   !> Add a part of the matrix of the stand-in.
+   subroutine add_ground(assembly, structure, part, ground, values, error)
+      type(assembly_t), intent(in) :: assembly
+      type(structure_t), intent(in) :: structure
+      real(wp), intent(in) :: part
+      real(wp), intent(inout), allocatable :: ground(:) !< the whole, once it was needed
+      real(wp), intent(inout) :: values(:)
+      type(error_t), allocatable, intent(out) :: error
+      if (.not. allocated(ground)) then
+         allocate (ground(size(values)))
+         call ground_stiffness(assembly, structure, ground, error)
+         if (allocated(error)) return
+      end if
+      values = values + part*ground
+   end subroutine add_ground
 
    !> Values of the matrix of the stand-in.
    subroutine ground_stiffness(assembly, structure, values, error)

@@ -15,7 +15,7 @@ module finshell_mechanism
    use finshell_external, only: springs_t
    implicit none
    private
-   public :: check_mechanism, name_mode
+   public :: check_mechanism, name_mode, null_space
 
    real(wp), parameter :: tolerance = 1.0e-9_wp !< of squared, scaled conditions: below it a motion is free
    character(len=1), parameter :: axis_name(3) = ['x', 'y', 'z']

@@ -30,6 +30,7 @@ contains
       call get(group, 'scheme', scheme, error, default='generalised_alpha', choices='generalised_alpha, conserving')
       if (allocated(error)) return
       if (scheme == 'conserving') step%scheme = scheme_conserving
+      call get(group, 'rotatory', step%rotatory, error, default=step%rotatory)
       call get(group, 'rho_infinity', step%rho_infinity, error, default=step%rho_infinity, minimum=0.0_wp, maximum=1.0_wp)
       call get(group, 'time_tolerance', step%time_tolerance, error, default=step%time_tolerance, above=0.0_wp)
       call get(group, 'stiffness_damping', step%stiffness_damping, error, default=step%stiffness_damping, minimum=0.0_wp)

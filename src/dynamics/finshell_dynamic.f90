@@ -1,0 +1,302 @@
+!> Implicit steps in time: increment after increment the state at the end, with inertia and damping as one more load
+!> (finshell_inertia), found by the iteration of static steps.
+module finshell_dynamic
+   use finshell_control, only: constraint_t
+   use finshell_dynamic_start, only: begin_dynamic, first_size
+   use finshell_equations, only: gather
+   use finshell_equilibrium, only: equilibrium_t
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_factor, only: by_load_factor
+   use finshell_inertia, only: free_part
+   use finshell_conservation, only: keep_energy, keep_momenta, new_rigid, rigid_t
+   use finshell_kinds, only: wp, dp
+   use finshell_momentum, only: angular_momentum, kinetic_energy, momentum
+   use finshell_balance, only: balance_t
+   use finshell_newmark, only: newmark_t, new_newmark
+   use finshell_newton, only: newton_result_t, solve_increment
+   use finshell_observer, only: motion_t, observer_t, record_t
+   use finshell_pace, only: landing_size, pace_t
+   use finshell_path, only: path_t
+   use finshell_state, only: motion_between
+   use finshell_structure, only: turning_nodes
+   use finshell_status, only: status_not_converged
+   use finshell_step, only: control_dynamic, scheme_conserving, step_t
+   use finshell_support_motion, only: factor_rates, support_rates
+   implicit none
+   private
+   public :: solve_dynamic
+
+   !> What is carried from one increment to the next.
+   type :: course_t
+      type(newmark_t) :: method
+      type(pace_t) :: pace
+      real(wp) :: time = 0, duration = 0 !< since the step began; of the step
+      real(wp) :: at_start = 0 !< load factor that the step has found
+      real(wp), allocatable :: auxiliary(:, :) !< (n_nodal, nodes) finshell_newmark
+      real(wp), allocatable :: damping(:, :) !< (n_nodal, nodes) forces of damping
+      real(wp), allocatable :: load(:, :) !< (n_nodal, nodes) forces of loads and damping
+      logical :: conserves = .false. !< energy and momenta
+      real(wp) :: energy = 0 !< when the step began
+      real(wp) :: mean_levels(2) = 0
+      integer :: increments = 0
+      logical :: flies = .false. !< nothing holds a displacement: the mean velocity says nothing about the size of increments
+      type(motion_t) :: motion !< works since the step began
+   end type course_t
+
+contains
+
+   !> Follow a step in time from the state of the problem. Errors: an element without mass, supports that would jump; an increment
+   !> that fails however short; too many increments; what the observer raised. What converged before has been given to the observer.
+   subroutine solve_dynamic(problem, step, path, observer, error)
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_t), intent(inout) :: path
+      class(observer_t), intent(inout) :: observer
+      type(error_t), allocatable, intent(out) :: error
+      type(course_t) :: course
+      logical :: limp, soft
+
+      limp = problem%limp
+      soft = problem%soft
+      ! masses hold what has no stiffness
+      problem%limp = .false.
+      problem%soft = .false.
+      if (path%started < 0) call cpu_time(path%started)
+      call path%history%forget()
+      path%tangent%known = .false.
+      course%duration = step%time%duration
+      course%at_start = problem%state%load_factor
+      call begin_dynamic(problem, step, error)
+      if (.not. allocated(error)) call begin(course, problem, step, error)
+      if (.not. allocated(error)) call follow(course, problem, step, path, observer, error)
+      problem%limp = limp
+      problem%soft = soft
+      if (allocated(problem%inertia)) deallocate (problem%inertia)
+   end subroutine solve_dynamic
+
+   subroutine begin(self, problem, step, error)
+      type(course_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(error_t), allocatable, intent(out) :: error
+      real(wp) :: first
+      call first_size(problem, step, first, error)
+      if (allocated(error)) return
+      call self%pace%begin(step, first)
+      self%conserves = step%scheme == scheme_conserving
+      problem%inertia%rodrigues = self%conserves
+      self%method = new_newmark(merge(1.0_wp, step%rho_infinity, self%conserves))
+      self%energy = kinetic_energy(problem%state, problem%inertia%mass*problem%state%velocity) + problem%entry%energy
+      self%auxiliary = problem%state%acceleration
+      call keep_forces(self, problem)
+      self%flies = all(problem%equations%supported%displacements == 0)
+   end subroutine begin
+
+   subroutine follow(self, problem, step, path, observer, error)
+      type(course_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_t), intent(inout) :: path
+      class(observer_t), intent(inout) :: observer
+      type(error_t), allocatable, intent(out) :: error
+      type(record_t) :: record
+      type(newton_result_t) :: result
+      real(wp) :: h, estimate, speed, landing
+      integer :: failures
+
+      do while (self%time < self%duration)
+         if (self%increments >= step%maximum_increments) then
+            call raise(error, status_not_converged, where()//'the step is not finished after '//text_of(self%increments) &
+                       //' increments, the most that are allowed')
+            return
+         end if
+         record = record_t()
+         failures = 0
+         do
+            landing = step%time%next_landing(self%time)
+            h = landing_size(self%pace%size, landing - self%time)
+            call attempt(self, problem, step, h, merge(landing, self%time + h, self%time + 1.5_wp*h > landing), result)
+            record%iterations = record%iterations + result%iterations
+            if (result%converged) then
+               call measure(self, problem, h, estimate, speed)
+               if (.not. self%pace%refuses(estimate, h)) exit
+               call self%pace%take(estimate, h, result%iterations, 0.0_wp)
+            else
+               failures = failures + 1
+               call self%pace%fail(h)
+               if (failures > step%maximum_cuts .or. self%pace%exhausted()) then
+                  path%iterations = path%iterations + record%iterations
+                  path%cuts = path%cuts + record%cuts
+                  call problem%restore()
+                  call raise(error, result%code, where()//'an increment of '//text_of(real(h, dp))//' fails: '//result%reason)
+                  return
+               end if
+            end if
+            record%cuts = record%cuts + 1
+            call problem%restore()
+         end do
+         call self%pace%take(estimate, h, result%iterations, speed)
+         self%time = merge(landing, self%time + h, self%time + 1.5_wp*h > landing)
+         call settle(self, problem, h)
+         self%motion%landing = step%time%is_output(self%time)
+         call fill_record(self, problem, h, result, path, record)
+         call observer%increment(problem%state, record, error)
+         if (allocated(error)) return
+      end do
+
+   contains
+
+      function where() result(text)
+         character(len=:), allocatable :: text
+         text = 'step'
+         if (allocated(step%name)) text = "step '"//step%name//"'"
+         text = text//' at time '//text_of(real(self%time, dp))//': '
+      end function where
+   end subroutine follow
+
+   !> Predict the state at the end of an increment and iterate.
+   subroutine attempt(self, problem, step, h, end_time, result)
+      type(course_t), intent(in) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: h, end_time
+      type(newton_result_t), intent(out) :: result
+      real(wp), allocatable :: x(:)
+      real(wp) :: factor, rates(2)
+
+      factor = step%time%factor(end_time, self%at_start)
+      associate (inertia => problem%inertia, base => problem%base)
+         call self%method%prepare(base, self%auxiliary, h, inertia)
+         rates = factor_rates(step%time, end_time, self%at_start, .false.)
+         allocate (x(problem%n))
+         call gather(problem%equations, h*base%velocity + 0.5_wp*h**2*self%auxiliary, x)
+         call problem%move(x, factor - base%load_factor)
+         call support_rates(problem%equations, problem%state, rates, inertia%held_velocity, inertia%held_acceleration)
+      end associate
+      call solve_increment(problem, constraint_t(target=factor), step%convergence, self%mean_levels, result)
+   end subroutine attempt
+
+   !> The estimated error of a converged increment.
+   subroutine measure(self, problem, h, estimate, speed)
+      type(course_t), intent(in) :: self
+      class(equilibrium_t), intent(in) :: problem
+      real(wp), intent(in) :: h
+      real(wp), intent(out) :: estimate, speed
+      associate (inertia => problem%inertia, base => problem%base)
+         speed = max(size_of(base%velocity), size_of(inertia%velocity))
+         estimate = self%pace%error_of(h, self%method%error_constant*size_of(inertia%acceleration - base%acceleration), &
+                                       size_of(motion_between(base, problem%state)), speed)
+      end associate
+
+   contains
+
+      !> Norm of a nodal vector in the masses.
+      pure real(wp) function size_of(nodal)
+         real(wp), intent(in) :: nodal(:, :) !< (n_nodal, nodes)
+         real(wp), allocatable :: own(:, :)
+         integer :: i
+         own = free_part(problem%equations, nodal)
+         if (self%flies) then
+            do i = 1, 3
+               own(i, :) = own(i, :) - sum(problem%inertia%mass(i, :)*own(i, :))/sum(problem%inertia%mass(i, :))
+            end do
+         end if
+         size_of = sqrt(sum(problem%inertia%mass*own**2))
+      end function size_of
+   end subroutine measure
+
+   !> Take the state as the base of the next increment.
+   subroutine settle(self, problem, h)
+      type(course_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      real(wp), intent(in) :: h
+      real(wp), allocatable :: nodal(:, :)
+      type(balance_t) :: balance
+
+      balance = problem%balance(by_load_factor)
+      associate (inertia => problem%inertia, state => problem%state)
+         state%velocity = inertia%velocity
+         state%acceleration = inertia%acceleration
+         state%time = state%time + h
+         state%increment = state%increment + 1
+         call self%method%advance(problem%base, state%acceleration, self%auxiliary)
+         self%motion%work = self%motion%work + balance%work
+         self%motion%damped = self%motion%damped &
+            + 0.5_wp*sum(motion_between(problem%base, state)*(self%damping + inertia%damping))
+         if (self%conserves) call conserve(self, problem, h)
+         nodal = inertia%mass*state%velocity
+         self%motion%time = state%time
+         self%motion%kinetic_energy = kinetic_energy(state, nodal)
+         self%motion%stored_energy = problem%entry%energy
+         self%motion%momentum = momentum(nodal)
+         self%motion%angular_momentum = angular_momentum(problem%structure%mesh%coordinates, state, nodal)
+      end associate
+      call keep_forces(self, problem)
+      self%increments = self%increments + 1
+      self%mean_levels = self%mean_levels + ([problem%force_level, problem%moment_level] - self%mean_levels)/self%increments
+      call problem%accept()
+   end subroutine settle
+
+   !> Project the velocities onto what is conserved.
+   subroutine conserve(self, problem, h)
+      type(course_t), intent(in) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      real(wp), intent(in) :: h
+      type(rigid_t) :: rigid
+      real(wp), allocatable :: x(:, :, :)
+      associate (inertia => problem%inertia, state => problem%state, base => problem%base, equations => problem%equations, &
+                 reference => problem%structure%mesh%coordinates)
+         allocate (x(3, size(reference, 2), 3))
+         x(:, :, 1) = reference + base%displacement
+         x(:, :, 3) = reference + state%displacement
+         x(:, :, 2) = 0.5_wp*(x(:, :, 1) + x(:, :, 3))
+         call new_rigid(rigid, equations, inertia%mass, turning_nodes(problem%structure), x(:, :, 2))
+         call keep_momenta(rigid, equations, inertia%mass, x, base%velocity, 0.5_wp*h*(self%load + load_of(problem)), &
+                           state%velocity)
+         call keep_energy(rigid, equations, inertia%mass, x(:, :, 3), self%energy + self%motion%work - self%motion%damped &
+            - problem%entry%energy - kinetic_energy(state, inertia%mass*state%velocity), state%velocity)
+      end associate
+   end subroutine conserve
+
+   !> Forces of loads and damping at the state just evaluated, (n_nodal, nodes).
+   function load_of(problem) result(load)
+      class(equilibrium_t), intent(in) :: problem
+      real(wp), allocatable :: load(:, :)
+      load = problem%external_force + problem%inertia%mass*problem%inertia%acceleration
+   end function load_of
+
+   !> Of the state just evaluated, what the next increment needs.
+   subroutine keep_forces(self, problem)
+      type(course_t), intent(inout) :: self
+      class(equilibrium_t), intent(in) :: problem
+      self%damping = problem%inertia%damping
+      self%load = load_of(problem)
+   end subroutine keep_forces
+
+   subroutine fill_record(self, problem, h, result, path, record)
+      type(course_t), intent(in) :: self
+      class(equilibrium_t), intent(in) :: problem
+      real(wp), intent(in) :: h
+      type(newton_result_t), intent(in) :: result
+      type(path_t), intent(inout) :: path
+      type(record_t), intent(inout) :: record !< with iterations and cuts
+      real(dp) :: now
+      path%increments = path%increments + 1
+      path%iterations = path%iterations + record%iterations
+      path%cuts = path%cuts + record%cuts
+      call cpu_time(now)
+      record%increment = problem%state%increment
+      record%control = control_dynamic
+      record%load_factor = problem%state%load_factor
+      record%size = h
+      record%residual = result%residual
+      record%correction = result%correction
+      record%rounding = result%rounding
+      record%motion = self%motion
+      record%cpu_time = now - path%started
+      record%total_increments = path%increments
+      record%total_iterations = path%iterations
+      record%total_cuts = path%cuts
+      path%last = record
+   end subroutine fill_record
+end module finshell_dynamic
