@@ -11,6 +11,7 @@ module finshell_acting_load
    use finshell_assembly, only: assembly_t, add_element_contributions
    use finshell_equations, only: equations_t
    use finshell_factor, only: by_load_factor, factor_at
+   use finshell_places, only: places_t
    use finshell_rotation, only: cross_product
    use finshell_state, only: state_t
    use finshell_structure, only: structure_t
@@ -28,11 +29,14 @@ module finshell_acting_load
       integer :: scaling = by_load_factor !< see finshell_factor
       logical :: symmetric = .true. !< the stiffness is symmetric when assembled, for what supports leave free
       logical :: has_energy = .false. !< `energy` is the potential of all its forces
+      type(places_t), private :: places !< of its elements, once `place` was called
    contains
       procedure(evaluate_interface), deferred :: evaluate
       procedure :: energy => no_energy
       procedure :: keep
       procedure, non_overridable :: add
+      procedure, non_overridable :: add_force
+      procedure, non_overridable :: place
       procedure, non_overridable :: add_change
    end type acting_load_t
 
@@ -80,6 +84,36 @@ contains
          call add_element_contributions(assembly, self%elements, force, unit_force(:, :, self%scaling))
       end if
    end subroutine add
+
+   !> Forces at the present factor.
+   subroutine add_force(self, structure, equations, state, assembly, total)
+      class(acting_load_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      type(assembly_t), intent(in) :: assembly
+      real(wp), intent(inout), contiguous :: total(:, :) !< (n_nodal, nodes) is added to
+      real(wp), allocatable :: force(:, :)
+      real(wp) :: factor
+      factor = factor_at(state, self%scaling)
+      if (.not. abs(factor) > 0) return
+      if (allocated(self%nodal)) total = total + factor*self%nodal
+      if (self%rows == on_nothing) return
+      allocate (force(self%rows, size(self%elements)))
+      call self%evaluate(structure, equations, state, force)
+      if (allocated(self%places%first)) then
+         call add_element_contributions(assembly, self%elements, force, total, places=self%places, factor=factor)
+      else
+         call add_element_contributions(assembly, self%elements, force, total, factor=factor)
+      end if
+   end subroutine add_force
+
+   !> Find its elements in the assembly, before it is evaluated many times.
+   subroutine place(self, assembly)
+      class(acting_load_t), intent(inout) :: self
+      type(assembly_t), intent(in) :: assembly
+      if (self%rows /= on_nothing) self%places = assembly%places(self%elements)
+   end subroutine place
 
    !> Change of the forces with a motion of the nodes, at the present factor.
    subroutine add_change(self, structure, equations, state, motion, change)
