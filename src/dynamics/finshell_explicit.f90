@@ -4,22 +4,23 @@
 !> Most increments are told to nobody: those at output times are, and some evenly spaced ones between. There the balance of energy
 !> is drawn up too: a motion that has become unstable makes energy out of nothing, and is refused.
 module finshell_explicit
-   use finshell_assembly, only: assemble, paying_threads
-   use finshell_element_limit, only: element_trouble
+   use finshell_assembly, only: paying_threads
    use finshell_equations, only: rotation_at
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_constant_factor, by_load_factor
-   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
+   use finshell_freedoms, only: n_nodal, rx, rz, ux
    use finshell_kinds, only: wp
    use finshell_leapfrog, only: leapfrog_t, new_leapfrog, sums_t
    use finshell_momentum, only: angular_momentum, momentum
+   use finshell_motion_force, only: evaluate_forces, stored_energy
    use finshell_motion_start, only: begin_motion, lumped_masses
    use finshell_observer, only: observer_t, record_t
    use finshell_quaternion, only: quaternion_conjugate, quaternion_product, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion
-   use finshell_stable_step, only: new_stable_step, stable_step_t
-   use finshell_status, only: status_not_converged, status_ok
+   use finshell_rotatory_inertia, only: scale_rotatory_inertia
+   use finshell_stable_step, only: stable_increment
+   use finshell_status, only: status_not_converged
    use finshell_step, only: step_t
    implicit none
    private
@@ -28,10 +29,9 @@ module finshell_explicit
    !> A step under way.
    type :: progress_t
       type(leapfrog_t) :: leapfrog
-      type(stable_step_t) :: stable
       real(wp) :: time = 0, began = 0 !< since the step began; when it did
       real(wp) :: at_start = 0 !< load factor
-      real(wp) :: energy = 0 !< at the beginning
+      real(wp) :: energy = 0, ripple = 0 !< at the beginning; see `sums_t`
       real(wp) :: noise = 0 !< energies below are rounding
       real(wp) :: largest = 0 !< increment that is allowed
       integer :: threads = 1
@@ -65,7 +65,6 @@ contains
       row = 1
       do while (self%time < step%time%duration)
          landing = step%time%next_landing(self%time)
-         call renew(self, problem, step)
          left = increments_to(self, landing)
          do while (left > 0)
             if (self%done >= step%maximum_increments) then
@@ -91,10 +90,10 @@ contains
                if (allocated(error)) exit
                row = 1 + int(self%time*max(1, step%history_rows)/step%time%duration*(1 + epsilon(after)))
             end if
-            if (self%done >= self%renewal .and. left > 0) then
-               call renew(self, problem, step)
-               left = increments_to(self, landing)
-            end if
+            if (self%done < self%renewal) cycle
+            call renew(self, problem, step, error)
+            if (allocated(error)) exit
+            if (left > 0) left = increments_to(self, landing)
          end do
          if (allocated(error)) exit
       end do
@@ -129,34 +128,36 @@ contains
       call lumped_masses(problem, mass, error)
       if (allocated(error)) return
       call problem%external%place(problem%assembly)
-      call new_stable_step(self%stable, problem, step%rotation_scaling, mass)
-      call self%stable%nodal_inertia(problem%structure, mass)
+      call scale_rotatory_inertia(problem%structure, step%rotation_scaling, mass)
       call new_leapfrog(self%leapfrog, problem%equations, problem%state, mass, step%mass_damping)
       call evaluate_forces(problem, error)
+      if (.not. allocated(error)) call renew(self, problem, step, error)
       if (allocated(error)) then
          error%message = name_of(step)//error%message
          return
       end if
-      call renew(self, problem, step)
       self%noise = 0.5e-20_wp*sum(mass(ux, :))*(problem%detail/self%largest)**2
       call self%leapfrog%whole(problem%equations, problem%state, problem%internal_force, problem%external_force, sums)
       self%energy = sums%kinetic + stored_energy(problem)
+      self%ripple = sums%ripple
    end subroutine begin
 
    !> The stable increment at the present state, and when to look again.
-   subroutine renew(self, problem, step)
+   subroutine renew(self, problem, step, error)
       type(progress_t), intent(inout) :: self
-      class(equilibrium_t), intent(in) :: problem
+      class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
+      type(error_t), allocatable, intent(out) :: error
       real(wp) :: last, change
       if (.not. step%automatic .and. step%first_increment > 0) then
          self%largest = step%first_increment
          self%renewal = huge(self%renewal)
          return
       end if
-      if (self%done < self%renewal) return
       last = self%largest
-      self%largest = step%safety*self%stable%largest(problem)
+      call stable_increment(problem, self%leapfrog, self%largest, error)
+      if (allocated(error)) return
+      self%largest = step%safety*min(self%largest, huge(self%largest)/2)
       if (step%largest_increment > 0) self%largest = min(self%largest, step%largest_increment)
       change = abs(self%largest - last)/self%largest
       if (last > 0 .and. change < steady) self%interval = min(2*self%interval, longest_interval)
@@ -182,6 +183,7 @@ contains
       real(wp) :: now, change
       integer :: i
       allocate (drive(n_nodal, size(problem%equations%moved)), turned(4, size(problem%equations%moved)))
+      if (self%done == 0) self%ripple = after**2*self%ripple
       now = problem%state%load_factor
       change = step%time%factor(self%time + after, self%at_start) - now
       associate (e => problem%equations, state => problem%state)
@@ -209,29 +211,6 @@ contains
       problem%state%time = self%began + self%time
       problem%state%load_factor = step%time%factor(self%time, self%at_start)
    end subroutine go_to
-
-   !> Forces of elements and loads at the present state, and the energy in the elements.
-   subroutine evaluate_forces(problem, error)
-      class(equilibrium_t), intent(inout) :: problem
-      type(error_t), allocatable, intent(out) :: error
-      integer :: status, element
-      problem%force_evaluations = problem%force_evaluations + 1
-      call assemble(problem%assembly, problem%structure, problem%state, problem%internal_force, status, element, &
-                    energy=problem%entry%energy)
-      if (status /= status_ok) then
-         call raise(error, status, element_trouble(problem%structure, element, status, problem%base, problem%state))
-         return
-      end if
-      problem%external_force = 0
-      call problem%external%add_forces(problem%structure, problem%equations, problem%state, problem%assembly, &
-                                       problem%external_force)
-   end subroutine evaluate_forces
-
-   !> In elements and foundations, after `evaluate_forces`.
-   real(wp) function stored_energy(problem)
-      class(equilibrium_t), intent(in) :: problem
-      stored_energy = problem%entry%energy + problem%external%standing_energy(problem%structure, problem%equations, problem%state)
-   end function stored_energy
 
    !> Tell the observer of the present state.
    subroutine tell(self, problem, step, observer, lands, sums, error)
@@ -293,7 +272,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       real(wp) :: misfit, stored
       stored = stored_energy(problem)
-      misfit = sums%kinetic - sums%ripple + stored + sums%damped - sums%work - self%energy
+      misfit = sums%kinetic - self%leapfrog%before**2*sums%ripple + stored + sums%damped - sums%work - self%energy + self%ripple
       if (abs(misfit) > out_of_balance*max(sums%kinetic, abs(stored), abs(sums%work), self%energy) + self%noise) &
          call refuse(self, step, problem%state%time, error)
    end subroutine check_balance

@@ -35,13 +35,16 @@ module finshell_leapfrog
    contains
       procedure :: advance
       procedure :: whole
+      procedure :: without_held
+      procedure :: over_root_mass
       procedure, private :: take_reactions
    end type leapfrog_t
 
    !> Sums over all nodes at a whole increment, since the start.
    type :: sums_t
       real(wp) :: kinetic = 0, work = 0, damped = 0
-      !> What the scheme keeps constant is the kinetic energy of v_{n-1/2} and v_{n+1/2}, less by this than that of v_n.
+      !> What equal increments h keep constant is the kinetic energy of v_{n-1/2} and v_{n+1/2}, less than that of v_n by h^2 times
+      !> this.
       real(wp) :: ripple = 0
    end type sums_t
 
@@ -90,6 +93,26 @@ contains
       allocate (self%drive(n_nodal, size(equations%moved)), source=0.0_wp)
       allocate (self%sums(4, (size(mass, 2) + block_size - 1)/block_size))
    end subroutine new_leapfrog
+
+   !> Nodal vectors without what supports hold.
+   pure function without_held(self, nodal) result(part)
+      class(leapfrog_t), intent(in) :: self
+      real(wp), intent(in) :: nodal(:, :) !< (n_nodal, nodes)
+      real(wp) :: part(size(nodal, 1), size(nodal, 2))
+      integer :: i
+      part = merge(nodal, 0.0_wp, self%inverse > 0)
+      do i = 1, size(self%framed)
+         part(:, self%framed(i)) = projected(self%free(:, :, :, i), nodal(:, self%framed(i)))
+      end do
+   end function without_held
+
+   !> Forces, or vectors of M^1/2 times motions, over the roots of the masses; 0 where held.
+   pure function over_root_mass(self, nodal) result(vector)
+      class(leapfrog_t), intent(in) :: self
+      real(wp), intent(in) :: nodal(:, :) !< (n_nodal, nodes)
+      real(wp) :: vector(size(nodal, 1), size(nodal, 2))
+      vector = self%without_held(sqrt(self%inverse)*nodal)
+   end function over_root_mass
 
    !> A nodal vector without what is held.
    pure function projected(free, vector) result(part)
@@ -244,7 +267,7 @@ contains
          a = state%acceleration(:, i)*self%inverse(:, i)
          state%velocity(:, i) = (self%velocity(:, i) + (0.5_wp*self%before)*a)/(1 + 0.5_wp*self%damping*self%before)
          state%acceleration(:, i) = a - self%damping*state%velocity(:, i)
-         sums%ripple = sums%ripple + 0.125_wp*self%before**2*sum(self%mass(:, i)*a**2)
+         sums%ripple = sums%ripple + 0.125_wp*sum(self%mass(:, i)*a**2)
          load = load + 0.5_wp*self%before*dot_product(external(:, i), self%velocity(:, i))
       end do
       sums%kinetic = 0.5_wp*sum(self%mass*state%velocity**2)
