@@ -32,19 +32,21 @@ module finshell_explicit
       real(wp) :: time = 0, began = 0 !< since the step began; when it did
       real(wp) :: at_start = 0 !< load factor
       real(wp) :: energy = 0, ripple = 0 !< at the beginning; see `sums_t`
+      real(wp) :: most = 0 !< energy there has been to have, so far
       real(wp) :: noise = 0 !< energies below are rounding
       real(wp) :: largest = 0 !< increment that is allowed
       integer :: threads = 1
       integer :: done = 0, told = 0 !< increments; of which observers know
-      integer :: renewal = 0, interval = 50 !< when the stable increment is found anew; increments between
+      integer :: renewal = 0, interval = 10 !< when the stable increment is found anew; increments between
       type(record_t) :: record
    end type progress_t
 
    !> Kinetic energy beyond what there was and what loads brought in: of increments, and of the balance at those that are told.
    real(wp), parameter :: too_much = 0.5_wp, out_of_balance = 0.1_wp
-   integer, parameter :: shortest_interval = 20, longest_interval = 1000
-   !> Changes of the stable increment that make the interval longer and shorter.
-   real(wp), parameter :: steady = 0.005_wp, unsteady = 0.02_wp
+   integer, parameter :: shortest_interval = 10, longest_interval = 2000
+   !> Changes of the stable increment that make the interval longer and shorter. It becomes shorter at once, and longer by steps:
+   !> what swings stays stable where it is stiffest.
+   real(wp), parameter :: steady = 0.01_wp, unsteady = 0.03_wp, growth = 1.01_wp
 
 contains
 
@@ -160,6 +162,7 @@ contains
       self%largest = step%safety*min(self%largest, huge(self%largest)/2)
       if (step%largest_increment > 0) self%largest = min(self%largest, step%largest_increment)
       change = abs(self%largest - last)/self%largest
+      if (last > 0) self%largest = min(self%largest, growth*last)
       if (last > 0 .and. change < steady) self%interval = min(2*self%interval, longest_interval)
       if (last > 0 .and. change > unsteady) self%interval = max(self%interval/2, shortest_interval)
       self%renewal = self%done + self%interval
@@ -254,13 +257,14 @@ contains
 
    !> Motion cannot have more energy than there was and than loads brought in.
    subroutine check_growth(self, step, time, error)
-      type(progress_t), intent(in) :: self
+      type(progress_t), intent(inout) :: self
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: time
       type(error_t), allocatable, intent(inout) :: error
       real(wp) :: available
       available = self%energy + self%leapfrog%work
-      if (self%leapfrog%kinetic - available > too_much*abs(available) + self%noise) call refuse(self, step, time, error)
+      self%most = max(self%most, available)
+      if (self%leapfrog%kinetic - available > too_much*self%most + self%noise) call refuse(self, step, time, error)
    end subroutine check_growth
 
    !> What the scheme keeps constant.
@@ -273,7 +277,7 @@ contains
       real(wp) :: misfit, stored
       stored = stored_energy(problem)
       misfit = sums%kinetic - self%leapfrog%before**2*sums%ripple + stored + sums%damped - sums%work - self%energy + self%ripple
-      if (abs(misfit) > out_of_balance*max(sums%kinetic, abs(stored), abs(sums%work), self%energy) + self%noise) &
+      if (abs(misfit) > out_of_balance*max(self%most, abs(self%energy + sums%work)) + self%noise) &
          call refuse(self, step, problem%state%time, error)
    end subroutine check_balance
 

@@ -16,9 +16,9 @@ module finshell_stable_step
    private
    public :: stable_increment, highest_eigenvalue
 
-   integer, parameter :: fewest = 12, most = 60 !< iterations
+   integer, parameter :: fewest = 10, most = 60 !< iterations
    integer, parameter :: apart = 4 !< iterations over which the eigenvalue is compared
-   real(wp), parameter :: tolerance = 5.0e-3_wp !< change of it over these
+   real(wp), parameter :: tolerance = 1.0e-2_wp !< change of it over these
 
 contains
 
