@@ -81,7 +81,8 @@ contains
             call go_to(self, problem, step)
             call evaluate_forces(problem, error)
             if (allocated(error)) then
-               error%message = name_of(step)//'at time '//text_of(problem%state%time)//' '//error%message
+               error%message = name_of(step)//'at time '//text_of(problem%state%time)//': '//error%message &
+                               //'; or the motion is unstable and needs shorter increments (safety or largest_increment)'
             else
                call check_growth(self, step, problem%state%time, error)
             end if
@@ -115,7 +116,8 @@ contains
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(error_t), allocatable, intent(out) :: error
-      real(wp), allocatable :: mass(:, :), still(:)
+      real(wp), allocatable :: mass(:, :), still(:), turned(:, :)
+      real(wp), parameter :: instant = 1.0e-6_wp !< part of an increment that gives a rate
       type(sums_t) :: sums
 
       call cpu_time(self%record%cpu_time)
@@ -139,7 +141,12 @@ contains
          return
       end if
       self%noise = 0.5e-20_wp*sum(mass(ux, :))*(problem%detail/self%largest)**2
-      call self%leapfrog%whole(problem%equations, problem%state, problem%internal_force, problem%external_force, sums)
+      associate (drive => self%leapfrog%drive)
+         allocate (turned(4, size(drive, 2)))
+         call prescribe(self, problem, step, instant*min(self%largest, step%time%duration), drive, turned)
+      end associate
+      call self%leapfrog%whole(problem%equations, problem%state, problem%internal_force, problem%external_force, &
+                               self%leapfrog%drive, sums)
       self%energy = sums%kinetic + stored_energy(problem)
       self%ripple = sums%ripple
    end subroutine begin
@@ -182,29 +189,38 @@ contains
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: after
-      real(wp), allocatable :: drive(:, :), turned(:, :)
-      real(wp) :: now, change
+      real(wp) :: drive(n_nodal, size(problem%equations%moved)), turned(4, size(problem%equations%moved))
+      call prescribe(self, problem, step, after, drive, turned)
+      if (self%done == 0) self%ripple = after**2*self%ripple + 0.5_wp*self%leapfrog%square_of_jump(problem%equations, drive)
+      call self%leapfrog%advance(problem%equations, problem%state, problem%internal_force, problem%external_force, after, drive, &
+                                 turned, self%threads)
+      self%time = self%time + after
+      self%done = self%done + 1
+   end subroutine advance
+
+   !> Velocities and spins of moved supports over a length of time from now on, and rotations that are prescribed as a whole after it.
+   subroutine prescribe(self, problem, step, length, drive, turned)
+      type(progress_t), intent(in) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: length
+      real(wp), intent(out) :: drive(:, :), turned(:, :) !< (n_nodal, moved), (4, moved)
+      real(wp) :: now
       integer :: i
-      allocate (drive(n_nodal, size(problem%equations%moved)), turned(4, size(problem%equations%moved)))
-      if (self%done == 0) self%ripple = after**2*self%ripple
-      now = problem%state%load_factor
-      change = step%time%factor(self%time + after, self%at_start) - now
       associate (e => problem%equations, state => problem%state)
-         state%load_factor = now + change
+         now = state%load_factor
+         state%load_factor = step%time%factor(self%time + length, self%at_start)
          do i = 1, size(e%moved)
-            drive(:, i) = change/after*e%motion(:, i, by_load_factor)
+            drive(:, i) = (state%load_factor - now)/length*e%motion(:, i, by_load_factor)
             turned(:, i) = 0
             if (.not. e%turned(i)) cycle
             turned(:, i) = rotation_vector_to_quaternion(rotation_at(e, i, state))
             drive(rx:rz, i) = quaternion_to_rotation_vector(quaternion_product(turned(:, i), &
-                                                            quaternion_conjugate(state%rotation(:, e%moved(i)))))/after
+                                                            quaternion_conjugate(state%rotation(:, e%moved(i)))))/length
          end do
          state%load_factor = now
-         call self%leapfrog%advance(e, state, problem%internal_force, problem%external_force, after, drive, turned, self%threads)
       end associate
-      self%time = self%time + after
-      self%done = self%done + 1
-   end subroutine advance
+   end subroutine prescribe
 
    !> Time and load factor of the state follow those of the step.
    subroutine go_to(self, problem, step)
@@ -226,8 +242,10 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(record_t) :: record
       real(wp), allocatable :: nodal(:, :)
+      real(wp) :: drive(n_nodal, size(problem%equations%moved)), turned(4, size(problem%equations%moved))
 
-      call self%leapfrog%whole(problem%equations, problem%state, problem%internal_force, problem%external_force, sums)
+      call prescribe(self, problem, step, self%leapfrog%before, drive, turned)
+      call self%leapfrog%whole(problem%equations, problem%state, problem%internal_force, problem%external_force, drive, sums)
       nodal = self%leapfrog%mass*problem%state%velocity
       self%told = self%told + 1
       problem%state%increment = problem%state%increment + 1

@@ -35,6 +35,7 @@ module finshell_leapfrog
    contains
       procedure :: advance
       procedure :: whole
+      procedure :: square_of_jump
       procedure :: without_held
       procedure :: over_root_mass
       procedure, private :: take_reactions
@@ -136,7 +137,6 @@ contains
       real(wp) :: rotations(4, size(equations%moved)), driven(4)
       integer :: b, i
 
-      if (.not. self%before > 0) self%drive = drive
       driven = 0
       do i = 1, size(equations%moved)
          rotations(:, i) = state%rotation(:, equations%moved(i))
@@ -189,7 +189,7 @@ contains
       real(wp), intent(in) :: internal(n_nodal), after, next(n_nodal)
       real(wp) :: sums(4), force(n_nodal), mean(n_nodal)
       associate (mass => self%mass(:, node), last => self%drive(:, i))
-         mean = 0.5_wp*(last + next)
+         mean = (after*last + self%before*next)/(self%before + after)
          force = internal + mass*((next - last)/(0.5_wp*(self%before + after)) + self%damping*mean)
          sums(at_work_before) = 0.5_wp*self%before*dot_product(force, last)
          sums(at_work_after) = 0.5_wp*after*dot_product(force, next)
@@ -197,6 +197,18 @@ contains
          sums(at_kinetic) = 0.5_wp*sum(mass*mean**2)
       end associate
    end function sums_of_driven
+
+   !> Twice the kinetic energy of a difference to the prescribed velocities.
+   pure real(wp) function square_of_jump(self, equations, drive) result(square)
+      class(leapfrog_t), intent(in) :: self
+      type(equations_t), intent(in) :: equations
+      real(wp), intent(in) :: drive(:, :) !< (n_nodal, moved)
+      integer :: i
+      square = 0
+      do i = 1, size(drive, 2)
+         square = square + sum(self%mass(:, equations%moved(i))*(drive(:, i) - self%drive(:, i))**2)
+      end do
+   end function square_of_jump
 
    !> Some nodes, and their sums.
    pure subroutine advance_block(first, last, before, after, damping, internal, external, mass, inverse, velocity, displacement, &
@@ -247,11 +259,12 @@ contains
    end subroutine turn
 
    !> Rates of a state at a whole increment, to be told: nothing is changed for `advance`.
-   subroutine whole(self, equations, state, internal, external, sums)
+   subroutine whole(self, equations, state, internal, external, drive, sums)
       class(leapfrog_t), intent(in) :: self
       type(equations_t), intent(in) :: equations
       type(state_t), intent(inout) :: state !< velocity and acceleration are set
       real(wp), intent(in), contiguous :: internal(:, :), external(:, :) !< (n_nodal, nodes)
+      real(wp), intent(in) :: drive(:, :) !< (n_nodal, moved) prescribed velocities and spins of the next increment
       type(sums_t), intent(out) :: sums
       real(wp) :: a(n_nodal), driven(4), load
       integer :: i
@@ -273,12 +286,20 @@ contains
       sums%kinetic = 0.5_wp*sum(self%mass*state%velocity**2)
       do i = 1, size(equations%moved)
          associate (node => equations%moved(i))
-            driven = driven + sums_of_driven(self, i, node, internal(:, node), max(self%before, tiny(load)), self%drive(:, i))
-            state%velocity(:, node) = state%velocity(:, node) + self%drive(:, i)
+            if (self%before > 0) driven = driven + sums_of_driven(self, i, node, internal(:, node), self%before, drive(:, i))
+            state%velocity(:, node) = state%velocity(:, node) + 0.5_wp*(self%drive(:, i) + drive(:, i))
+            if (.not. self%before > 0) cycle
+            a = (drive(:, i) - self%drive(:, i))/self%before
+            state%acceleration(:, node) = state%acceleration(:, node) + a
+            sums%ripple = sums%ripple + 0.125_wp*sum(self%mass(:, node)*a**2)
          end associate
       end do
       sums%work = self%work_after + load + driven(at_work_before)
       sums%damped = self%damped_after + self%before*(self%damping*sums%kinetic + driven(at_damping))
       sums%kinetic = sums%kinetic + driven(at_kinetic)
+      if (self%before > 0) return
+      do i = 1, size(equations%moved)
+         sums%kinetic = sums%kinetic + 0.5_wp*sum(self%mass(:, equations%moved(i))*drive(:, i)**2)
+      end do
    end subroutine whole
 end module finshell_leapfrog
