@@ -17,7 +17,7 @@ module finshell_acting_load
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: acting_load_t, load_item_t, append, positions, on_nothing, displacements_only, with_rotations
+   public :: acting_load_t, load_item_t, append, positions, find_positions, on_nothing, displacements_only, with_rotations
 
    !> What a load depends on: as many rows of an element.
    integer, parameter :: on_nothing = 0, displacements_only = n_membrane, with_rotations = n_shell
@@ -183,8 +183,17 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: elements(:)
       real(wp), allocatable :: x(:, :, :)
-      integer :: c, i, k, node
       allocate (x(3, 3, size(elements)))
+      call find_positions(structure, state, elements, x)
+   end function positions
+
+   !> The same where memory is there already.
+   pure subroutine find_positions(structure, state, elements, x)
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: elements(:)
+      real(wp), intent(out), contiguous :: x(:, :, :) !< (3, 3, elements)
+      integer :: c, i, k, node
       associate (triangles => structure%mesh%triangles, reference => structure%mesh%coordinates, u => state%displacement)
          do i = 1, size(elements)
             do k = 1, 3
@@ -195,5 +204,5 @@ contains
             end do
          end do
       end associate
-   end function positions
+   end subroutine find_positions
 end module finshell_acting_load
