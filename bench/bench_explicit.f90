@@ -30,10 +30,10 @@ end module deaf_observer
 !>
 !>     bench_explicit INPUT.nml THREADS [step]
 !>
-!> The input has one explicit step. Prints lines of a name and numbers: `elements`; `increments` of the step; ns of the wall and of CPU
-!> time per element of the kernel's force alone (`kernel`: all elements in calls of one patch, gathered before), of forces added up over
-!> the mesh (`assembly`), of one estimate of the stable increment (`estimate`), of an increment of the step, core and all (`step`);
-!> `stable` and `limit`: the estimated increment and, by a power iteration over the whole structure, 2/omega.
+!> The input has one explicit step. Prints lines of a name and numbers: `elements`; `increments` of the step; ns of the wall and of
+!> CPU time per element of the kernel's force alone (`kernel`: all elements in calls of one patch, gathered before), of forces
+!> added up over the mesh (`assembly`), of one estimate of the stable increment (`estimate`), of an increment of the step, core and
+!> all (`step`); `stable` and `limit`: the estimated increment and, by a power iteration over the whole structure, 2/omega.
 program bench_explicit
    use deaf_observer, only: deaf_t
    use, intrinsic :: iso_fortran_env, only: error_unit, int64

@@ -170,7 +170,8 @@ contains
       if (step%largest_increment > 0) self%largest = min(self%largest, step%largest_increment)
       change = abs(self%largest - last)/self%largest
       if (last > 0) self%largest = min(self%largest, growth*last)
-      if (last > 0 .and. change < steady) self%interval = min(2*self%interval, longest_interval)
+      if (last > 0 .and. change < steady) &
+         self%interval = min(merge(2, 5, change > 0.2_wp*steady)*self%interval, longest_interval)
       if (last > 0 .and. change > unsteady) self%interval = max(self%interval/2, shortest_interval)
       self%renewal = self%done + self%interval
    end subroutine renew
@@ -198,7 +199,8 @@ contains
       self%done = self%done + 1
    end subroutine advance
 
-   !> Velocities and spins of moved supports over a length of time from now on, and rotations that are prescribed as a whole after it.
+   !> Velocities and spins of moved supports over a length of time from now on, and rotations after it that are prescribed as a
+   !> whole.
    subroutine prescribe(self, problem, step, length, drive, turned)
       type(progress_t), intent(in) :: self
       class(equilibrium_t), intent(inout) :: problem

@@ -70,7 +70,7 @@ contains
       allocate (self%inverse, mold=mass)
       where (mass > 0)
          self%inverse = 1/mass
-      elsewhere
+      else where
          self%inverse = 0
       end where
       self%framed = pack([(i, i=1, size(mass, 2))], equations%frame > 0)
