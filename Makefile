@@ -44,6 +44,7 @@ compile:
 benchmark: build ## Compare examples/ with their references (doc/benchmarks.md); run the programs of bench/
 	FINSHELL_BIN=$(CURDIR)/build/bin/finshell python3 bench/benchmark.py
 	@for program in build/bin/bench_kernel build/bin/bench_capi; do [ ! -x $$program ] || { echo "== $$program"; $$program || exit 1; }; done
+	@[ ! -x build/bin/bench_explicit ] || { echo "== bench/explicit.py"; python3 bench/explicit.py --sample; }
 
 accuracy: ## Error against CPU time: our presets on ladders of meshes, run anew, beside stored figures of other programs; writes doc/accuracy.md (ten minutes)
 	@tools/install_dependencies build accuracy

@@ -4,12 +4,13 @@ module finshell_job
    use finshell_dynamic, only: solve_dynamic
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t
+   use finshell_explicit, only: solve_explicit
    use finshell_frequencies, only: solve_frequencies
    use finshell_linear_step, only: solve_linear
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
    use finshell_speaker, only: speaker_t
-   use finshell_step, only: control_buckling, control_dynamic, control_frequencies, control_linear, step_t
+   use finshell_step, only: control_buckling, control_dynamic, control_explicit, control_frequencies, control_linear, step_t
    implicit none
    private
    public :: follow_steps
@@ -34,6 +35,7 @@ contains
          case (control_buckling); call solve_buckling(problem, steps(i), speaker, error)
          case (control_dynamic); call solve_dynamic(problem, steps(i), path, speaker, error)
          case (control_frequencies); call solve_frequencies(problem, steps(i), speaker, error)
+         case (control_explicit); call solve_explicit(problem, steps(i), speaker, path%increments, path%iterations, error)
          case default; call path%follow(problem, steps(i), speaker, error)
          end select
          if (allocated(error)) return

@@ -11,12 +11,13 @@ module finshell_acting_load
    use finshell_assembly, only: assembly_t, add_element_contributions
    use finshell_equations, only: equations_t
    use finshell_factor, only: by_load_factor, factor_at
+   use finshell_places, only: places_t
    use finshell_rotation, only: cross_product
    use finshell_state, only: state_t
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: acting_load_t, load_item_t, append, positions, on_nothing, displacements_only, with_rotations
+   public :: acting_load_t, load_item_t, append, positions, find_positions, on_nothing, displacements_only, with_rotations
 
    !> What a load depends on: as many rows of an element.
    integer, parameter :: on_nothing = 0, displacements_only = n_membrane, with_rotations = n_shell
@@ -28,11 +29,14 @@ module finshell_acting_load
       integer :: scaling = by_load_factor !< see finshell_factor
       logical :: symmetric = .true. !< the stiffness is symmetric when assembled, for what supports leave free
       logical :: has_energy = .false. !< `energy` is the potential of all its forces
+      type(places_t), private :: places !< of its elements, once `place` was called
    contains
       procedure(evaluate_interface), deferred :: evaluate
       procedure :: energy => no_energy
       procedure :: keep
       procedure, non_overridable :: add
+      procedure, non_overridable :: add_force
+      procedure, non_overridable :: place
       procedure, non_overridable :: add_change
    end type acting_load_t
 
@@ -80,6 +84,36 @@ contains
          call add_element_contributions(assembly, self%elements, force, unit_force(:, :, self%scaling))
       end if
    end subroutine add
+
+   !> Forces at the present factor.
+   subroutine add_force(self, structure, equations, state, assembly, total)
+      class(acting_load_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      type(assembly_t), intent(in) :: assembly
+      real(wp), intent(inout), contiguous :: total(:, :) !< (n_nodal, nodes) is added to
+      real(wp), allocatable :: force(:, :)
+      real(wp) :: factor
+      factor = factor_at(state, self%scaling)
+      if (.not. abs(factor) > 0) return
+      if (allocated(self%nodal)) total = total + factor*self%nodal
+      if (self%rows == on_nothing) return
+      allocate (force(self%rows, size(self%elements)))
+      call self%evaluate(structure, equations, state, force)
+      if (allocated(self%places%first)) then
+         call add_element_contributions(assembly, self%elements, force, total, places=self%places, factor=factor)
+      else
+         call add_element_contributions(assembly, self%elements, force, total, factor=factor)
+      end if
+   end subroutine add_force
+
+   !> Find its elements in the assembly, before it is evaluated many times.
+   subroutine place(self, assembly)
+      class(acting_load_t), intent(inout) :: self
+      type(assembly_t), intent(in) :: assembly
+      if (self%rows /= on_nothing) self%places = assembly%places(self%elements)
+   end subroutine place
 
    !> Change of the forces with a motion of the nodes, at the present factor.
    subroutine add_change(self, structure, equations, state, motion, change)
@@ -149,8 +183,17 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: elements(:)
       real(wp), allocatable :: x(:, :, :)
-      integer :: c, i, k, node
       allocate (x(3, 3, size(elements)))
+      call find_positions(structure, state, elements, x)
+   end function positions
+
+   !> The same where memory is there already.
+   pure subroutine find_positions(structure, state, elements, x)
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: elements(:)
+      real(wp), intent(out), contiguous :: x(:, :, :) !< (3, 3, elements)
+      integer :: c, i, k, node
       associate (triangles => structure%mesh%triangles, reference => structure%mesh%coordinates, u => state%displacement)
          do i = 1, size(elements)
             do k = 1, 3
@@ -161,5 +204,5 @@ contains
             end do
          end do
       end associate
-   end function positions
+   end subroutine find_positions
 end module finshell_acting_load

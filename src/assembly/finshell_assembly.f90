@@ -11,6 +11,7 @@ module finshell_assembly
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp, i4
    use finshell_freedoms, only: n_corners, n_membrane, n_nodal, n_shell, shell_displacements, ux, uz
+   use finshell_places, only: find_places, places_t
    use finshell_section, only: section_t
    use finshell_scatter, only: scatter_t, new_scatter, add_element_matrix
    use finshell_sparsity, only: sparsity_t
@@ -36,6 +37,8 @@ module finshell_assembly
       real(wp), allocatable :: frames(:, :, :)
       integer, allocatable :: held(:, :) ! (3, elements) sides that supports hold (finshell_batch)
       class(team_t), pointer, public :: team => null()
+   contains
+      procedure :: places => places_of
    end type assembly_t
 
 contains
@@ -269,85 +272,91 @@ contains
       !$omp end parallel do
    end subroutine predict_stress
 
+   !> Where the elements of a list are, for `add_element_contributions`.
+   pure function places_of(self, elements) result(places)
+      class(assembly_t), intent(in) :: self
+      integer, intent(in) :: elements(:) !< element numbers, which may stand here several times
+      type(places_t) :: places
+      places = find_places(self%slot, self%elements, elements)
+   end function places_of
+
    !> Add forces that act through elements to the external forces, and take their stiffness from the tangent.
    !>
    !> Contributions come by a list of elements, which may name an element several times. Rows of force and stiffness are
    !> the displacements of the nodes, or all freedoms of a shell, in global axes. A symmetric pattern takes the
    !> symmetric part of the stiffness. The order of summation is that of the list within each patch, whatever the threads.
-   subroutine add_element_contributions(self, elements, force, external_force, stiffness, values, threads)
+   subroutine add_element_contributions(self, elements, force, external_force, stiffness, values, threads, places, factor)
       type(assembly_t), intent(in) :: self
       integer, intent(in) :: elements(:) !< element numbers; a member of a team takes its own
-      real(wp), intent(in) :: force(:, :) !< (n_membrane or n_shell, size(elements)) external force on the nodes
-      real(wp), intent(inout) :: external_force(:, :) !< (n_nodal, nodes) force is added; global axes
+      real(wp), intent(in), contiguous :: force(:, :) !< (n_membrane or n_shell, size(elements)) external force on the nodes
+      real(wp), intent(inout), contiguous :: external_force(:, :) !< (n_nodal, nodes) force is added; global axes
       real(wp), optional, intent(in) :: stiffness(:, :, :) !< (rows of force, rows of force, size(elements)) d force / d unknowns
       real(wp), optional, intent(inout) :: values(:) !< stiffness is subtracted
       integer, optional, intent(in) :: threads !< default: `paying_threads`
+      type(places_t), optional, intent(in) :: places !< of the elements, if they are known
+      real(wp), optional, intent(in) :: factor !< of the force; default 1
       real(wp), allocatable :: part(:, :)
       if (shared(self%team)) then
          allocate (part(size(external_force, 1), size(external_force, 2)), source=0.0_wp)
-         call add_own_contributions(self, elements, force, part, stiffness, values, threads)
+         call add_own_contributions(self, elements, force, part, stiffness, values, threads, places, factor)
          call add_up_all(self%team, part)
          external_force = external_force + part
       else
-         call add_own_contributions(self, elements, force, external_force, stiffness, values, threads)
+         call add_own_contributions(self, elements, force, external_force, stiffness, values, threads, places, factor)
       end if
    end subroutine add_element_contributions
 
-   subroutine add_own_contributions(self, elements, force, external_force, stiffness, values, threads)
+   subroutine add_own_contributions(self, elements, force, external_force, stiffness, values, threads, places, factor)
       type(assembly_t), intent(in) :: self
       integer, intent(in) :: elements(:)
-      real(wp), intent(in) :: force(:, :)
-      real(wp), intent(inout) :: external_force(:, :)
+      real(wp), intent(in), contiguous :: force(:, :)
+      real(wp), intent(inout), contiguous :: external_force(:, :)
       real(wp), optional, intent(in) :: stiffness(:, :, :)
       real(wp), optional, intent(inout) :: values(:)
       integer, optional, intent(in) :: threads
-      integer(i4), allocatable :: first(:), fill(:), order(:)
-      real(wp) :: k(n_shell, n_shell)
+      type(places_t), optional, intent(in), target :: places
+      real(wp), optional, intent(in) :: factor
+      type(places_t), target :: found
+      type(places_t), pointer :: at
+      real(wp) :: k(n_shell, n_shell), times
       integer :: local(n_shell)
       integer :: c, i, j, l, p, s, team, m
 
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
-      m = size(force, 1)
+      times = 1
+      if (present(factor)) times = factor
       local = [(i, i=1, n_shell)]
-      if (m == n_membrane) local(:m) = shell_displacements
-      allocate (first(self%elements + 1), source=0_i4)
-      allocate (order(size(elements)))
-      do i = 1, size(elements)
-         s = self%slot(elements(i))
-         if (s > 0) first(s + 1) = first(s + 1) + 1_i4
-      end do
-      first(1) = 1
-      do s = 1, self%elements
-         first(s + 1) = first(s + 1) + first(s)
-      end do
-      fill = first
-      do i = 1, size(elements)
-         s = self%slot(elements(i))
-         if (s == 0) cycle
-         order(fill(s)) = int(i, i4)
-         fill(s) = fill(s) + 1_i4
-      end do
+      if (size(force, 1) == n_membrane) local(:n_membrane) = shell_displacements
+      m = size(force, 1)/n_corners
+      if (present(places)) then
+         at => places
+      else
+         found = self%places(elements)
+         at => found
+      end if
 
       !$omp parallel num_threads(team) default(shared) private(c, i, j, l, p, s, k)
       do c = 1, self%patches%colours
          !$omp do schedule(dynamic)
          do p = self%patches%first_of_colour(c), self%patches%first_of_colour(c + 1) - 1
             do s = self%patches%first(p), self%patches%first(p + 1) - 1
-               do l = first(s), first(s + 1) - 1
-                  i = order(l)
-                  do j = 1, m
-                     associate (node => self%corner((local(j) - 1)/n_nodal + 1, s), component => mod(local(j) - 1, n_nodal) + 1)
-                        external_force(component, node) = external_force(component, node) + force(j, i)
+               do l = at%first(s), at%first(s + 1) - 1
+                  i = at%order(l)
+                  do j = 1, n_corners
+                     associate (nodal => external_force(:m, self%corner(j, s)))
+                        nodal = nodal + times*force(m*(j - 1) + 1:m*j, i)
                      end associate
                   end do
                   if (.not. (present(stiffness) .and. present(values))) cycle
                   k = 0
-                  if (self%symmetric) then
-                     k(local(:m), local(:m)) = -0.5_wp*(stiffness(:, :, i) + transpose(stiffness(:, :, i)))
-                  else
-                     k(local(:m), local(:m)) = -stiffness(:, :, i)
-                  end if
+                  associate (rows => local(:size(force, 1)))
+                     if (self%symmetric) then
+                        k(rows, rows) = -0.5_wp*(stiffness(:, :, i) + transpose(stiffness(:, :, i)))
+                     else
+                        k(rows, rows) = -stiffness(:, :, i)
+                     end if
+                  end associate
                   if (self%framed(s)) call rotate(self, s, k)
                   call add_element_matrix(self%scatter, s, k, values)
                end do

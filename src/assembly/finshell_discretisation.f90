@@ -40,7 +40,7 @@ contains
       integer, intent(in) :: list(:) !< element numbers
       type(gathered_t), intent(inout) :: gathered !< arrays that fit already are kept
       integer, intent(in), optional :: held(:, :) !< (3, elements of the structure), see finshell_held_side
-      integer :: i, k, n
+      integer :: c, i, k, n, node
       n = size(list)
       if (allocated(gathered%x)) then
          if (size(gathered%x, 3) /= n) deallocate (gathered%x, gathered%u, gathered%q)
@@ -55,12 +55,15 @@ contains
          if (present(held)) allocate (gathered%held(3, n))
       end if
       do i = 1, n
+         ! One by one: whole columns would be calls of memmove.
          do k = 1, 3
-            associate (node => structure%mesh%triangles(k, list(i)))
-               gathered%x(:, k, i) = structure%mesh%coordinates(:, node)
-               gathered%u(:, k, i) = state%displacement(:, node)
-               gathered%q(:, k, i) = state%rotation(:, node)
-            end associate
+            node = structure%mesh%triangles(k, list(i))
+            do c = 1, 3
+               gathered%x(c, k, i) = structure%mesh%coordinates(c, node)
+               gathered%u(c, k, i) = state%displacement(c, node)
+               gathered%q(c, k, i) = state%rotation(c, node)
+            end do
+            gathered%q(4, k, i) = state%rotation(4, node)
          end do
          if (allocated(gathered%direction)) gathered%direction(:, i) = structure%direction(:, list(i))
          if (allocated(gathered%normal)) gathered%normal(:, :, i) = structure%normal(:, :, list(i))

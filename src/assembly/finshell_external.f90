@@ -47,6 +47,8 @@ module finshell_external
       procedure :: exchange
       procedure :: any_with
       procedure :: add
+      procedure :: add_forces
+      procedure :: place
       procedure :: evaluate
       procedure :: add_change
       procedure :: standing_energy
@@ -227,6 +229,38 @@ contains
          end do
       end subroutine add_of
    end subroutine add
+
+   !> Add the forces of all loads at the present factors: what `evaluate` is to a step in time.
+   subroutine add_forces(self, structure, equations, state, assembly, total)
+      class(external_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      type(assembly_t), intent(in) :: assembly
+      real(wp), intent(inout), contiguous :: total(:, :) !< (n_nodal, nodes)
+      integer :: i
+      do i = 1, size(self%list)
+         if (allocated(self%own)) then
+            call self%own(i)%load%add_force(structure, equations, state, assembly, total)
+         else
+            call self%list(i)%load%add_force(structure, equations, state, assembly, total)
+         end if
+      end do
+   end subroutine add_forces
+
+   !> Find the elements of all loads in the assembly, once for many calls of `add_forces`.
+   subroutine place(self, assembly)
+      class(external_t), intent(inout) :: self
+      type(assembly_t), intent(in) :: assembly
+      integer :: i
+      do i = 1, size(self%list)
+         if (allocated(self%own)) then
+            call self%own(i)%load%place(assembly)
+         else
+            call self%list(i)%load%place(assembly)
+         end if
+      end do
+   end subroutine place
 
    !> The forces of all loads for factors of 1; with values, their stiffness at the present factors is taken from the matrix.
    subroutine evaluate(self, structure, equations, state, assembly, unit_force, bulges, values)

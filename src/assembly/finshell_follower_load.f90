@@ -1,7 +1,8 @@
 !> Follower pressure: on the facets, and on the caps of elements with a curved reference.
 module finshell_follower_load
    use finshell_kinds, only: wp
-   use finshell_acting_load, only: acting_load_t, load_item_t, append, positions, with_rotations
+   use finshell_acting_load, only: acting_load_t, load_item_t, append, find_positions, with_rotations
+   use finshell_assembly, only: paying_threads
    use finshell_cap_terms, only: caps_at
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
@@ -38,6 +39,8 @@ module finshell_follower_load
       procedure :: evaluate => evaluate_caps
       procedure :: energy => energy_of_caps
    end type cap_pressure_t
+
+   integer, parameter :: together = 128 !< elements: their positions stay in the cache
 
 contains
 
@@ -88,10 +91,22 @@ contains
       real(wp), intent(out), contiguous :: force(:, :)
       real(wp), intent(in), optional :: factor
       real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
-      real(wp), allocatable :: p(:), x(:, :, :)
-      x = positions(structure, state, self%elements)
-      allocate (p(size(x, 3)), source=self%pressure)
-      call follower_pressure(size(p), p, x, .false., [0.0_wp, 0.0_wp, 0.0_wp], force, stiffness)
+      real(wp), parameter :: nowhere(3) = 0
+      real(wp) :: p(together), x(3, 3, together)
+      integer :: first, last, n
+      p = self%pressure
+      !$omp parallel do schedule(static) num_threads(paying_threads(size(self%elements))) default(shared) private(last, n, x)
+      do first = 1, size(self%elements), together
+         last = min(size(self%elements), first + together - 1)
+         n = last - first + 1
+         call find_positions(structure, state, self%elements(first:last), x(:, :, :n))
+         if (present(stiffness)) then
+            call follower_pressure(n, p, x, .false., nowhere, force(:, first:last), stiffness(:, :, first:last))
+         else
+            call follower_pressure(n, p, x, .false., nowhere, force(:, first:last))
+         end if
+      end do
+      !$omp end parallel do
       if (present(stiffness)) stiffness = factor*stiffness
       if (equations%n < 0) force = 0
    end subroutine evaluate_facets

@@ -46,11 +46,13 @@ contains
             b = x(:, 2, e) - x(:, 1, e)
             c = x(:, 3, e) - x(:, 1, e)
             f = (p(e)/6)*cross_product(b, c)
+            do i = 1, 3
+               force(3*i - 2:3*i, e) = f
+            end do
+            if (.not. present(stiffness)) cycle
             s = (p(e)/6)*spin(c)
             t = (p(e)/6)*spin(b)
             do i = 1, 3
-               force(3*i - 2:3*i, e) = f
-               if (.not. present(stiffness)) cycle
                stiffness(3*i - 2:3*i, 4:6, e) = -s
                stiffness(3*i - 2:3*i, 1:3, e) = s - t
                stiffness(3*i - 2:3*i, 7:9, e) = t

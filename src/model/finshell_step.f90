@@ -103,6 +103,9 @@ module finshell_step
       integer :: scheme = scheme_generalised_alpha
       real(wp) :: rho_infinity = 0.8_wp !< generalised-alpha: what an increment leaves of the fastest vibrations
       real(wp) :: time_tolerance = 1.0e-3_wp !< estimated error of an increment, relative to the motion
+      real(wp) :: safety = 0.9_wp !< explicit: of the increment that is estimated to be stable
+      real(wp) :: rotation_scaling = 0.125_wp !< explicit: least rotatory inertia over mass times area of an element
+      integer :: history_rows = 200 !< explicit: evenly spaced increments that are reported, beside those at output times
       real(wp) :: mass_damping = 0 !< Rayleigh damping: times the masses, 1/time
       real(wp) :: stiffness_damping = 0 !< Rayleigh damping: times the stiffness of the material, time
    end type step_t

@@ -3,7 +3,7 @@ module finshell_input_time_step
    use finshell_error, only: error_t, text_of
    use finshell_kinds, only: wp
    use finshell_namelist, only: group_t, get, has, complain_about
-   use finshell_step, only: control_dynamic, scheme_conserving, step_t
+   use finshell_step, only: control_explicit, scheme_conserving, step_t
    use finshell_time_plan, only: time_plan_t
    implicit none
    private
@@ -26,7 +26,12 @@ contains
          step%final_load_factor = step%time%constant
       end if
       call get(group, 'mass_damping', step%mass_damping, error, default=step%mass_damping, minimum=0.0_wp)
-      if (step%control /= control_dynamic) return
+      if (step%control == control_explicit) then
+         call get(group, 'safety', step%safety, error, default=step%safety, above=0.0_wp, maximum=1.0_wp)
+         call get(group, 'rotation_scaling', step%rotation_scaling, error, default=step%rotation_scaling, minimum=0.0_wp)
+         call get(group, 'history_rows', step%history_rows, error, default=step%history_rows, minimum=1)
+         return
+      end if
       call get(group, 'scheme', scheme, error, default='generalised_alpha', choices='generalised_alpha, conserving')
       if (allocated(error)) return
       if (scheme == 'conserving') step%scheme = scheme_conserving

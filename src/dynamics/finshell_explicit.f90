@@ -1,0 +1,320 @@
+!> Explicit steps in time: central differences on lumped masses (finshell_leapfrog), in increments that stay below the stable one
+!> (finshell_stable_step).
+!>
+!> Most increments are told to nobody: those at output times are, and some evenly spaced ones between. There the balance of energy
+!> is drawn up too: a motion that has become unstable makes energy out of nothing, and is refused.
+module finshell_explicit
+   use finshell_assembly, only: paying_threads
+   use finshell_equations, only: rotation_at
+   use finshell_equilibrium, only: equilibrium_t
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_factor, only: by_constant_factor, by_load_factor
+   use finshell_freedoms, only: n_nodal, rx, rz, ux
+   use finshell_kinds, only: wp
+   use finshell_leapfrog, only: leapfrog_t, new_leapfrog, sums_t
+   use finshell_momentum, only: angular_momentum, momentum
+   use finshell_motion_force, only: evaluate_forces, stored_energy
+   use finshell_motion_start, only: begin_motion, lumped_masses
+   use finshell_observer, only: observer_t, record_t
+   use finshell_quaternion, only: quaternion_conjugate, quaternion_product, quaternion_to_rotation_vector, &
+      rotation_vector_to_quaternion
+   use finshell_rotatory_inertia, only: scale_rotatory_inertia
+   use finshell_stable_step, only: stable_increment
+   use finshell_status, only: status_not_converged
+   use finshell_step, only: step_t
+   implicit none
+   private
+   public :: solve_explicit
+
+   !> A step under way.
+   type :: progress_t
+      type(leapfrog_t) :: leapfrog
+      real(wp) :: time = 0, began = 0 !< since the step began; when it did
+      real(wp) :: at_start = 0 !< load factor
+      real(wp) :: energy = 0, ripple = 0 !< at the beginning; see `sums_t`
+      real(wp) :: most = 0 !< energy there has been to have, so far
+      real(wp) :: noise = 0 !< energies below are rounding
+      real(wp) :: largest = 0 !< increment that is allowed
+      integer :: threads = 1
+      integer :: done = 0, told = 0 !< increments; of which observers know
+      integer :: renewal = 0, interval = 10 !< when the stable increment is found anew; increments between
+      type(record_t) :: record
+   end type progress_t
+
+   !> Kinetic energy beyond what there was and what loads brought in: of increments, and of the balance at those that are told.
+   real(wp), parameter :: too_much = 0.5_wp, out_of_balance = 0.1_wp
+   integer, parameter :: shortest_interval = 10, longest_interval = 2000
+   !> Changes of the stable increment that make the interval longer and shorter. It becomes shorter at once, and longer by steps:
+   !> what swings stays stable where it is stiffest.
+   real(wp), parameter :: steady = 0.01_wp, unsteady = 0.03_wp, growth = 1.01_wp
+
+contains
+
+   !> Follow the motion from the state of the problem. Errors: no mass; an element that ends; instability; too many increments.
+   subroutine solve_explicit(problem, step, observer, increments, iterations, error)
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      class(observer_t), intent(inout) :: observer
+      integer, intent(inout) :: increments, iterations !< those that are told, and all; this step is added
+      type(error_t), allocatable, intent(out) :: error
+      type(progress_t) :: self
+      type(sums_t) :: sums
+      real(wp) :: after, landing
+      integer :: left, row
+
+      call begin(self, problem, step, error)
+      if (allocated(error)) return
+      row = 1
+      do while (self%time < step%time%duration)
+         landing = step%time%next_landing(self%time)
+         left = increments_to(self, landing)
+         do while (left > 0)
+            if (self%done >= step%maximum_increments) then
+               call raise(error, status_not_converged, name_of(step)//'it is not finished after '//text_of(self%done) &
+                          //' increments, the most that are allowed')
+               exit
+            end if
+            after = (landing - self%time)/left
+            call advance(self, problem, step, after)
+            left = left - 1
+            if (left == 0) self%time = landing
+            call go_to(self, problem, step)
+            call evaluate_forces(problem, error)
+            if (allocated(error)) then
+               error%message = name_of(step)//'at time '//text_of(problem%state%time)//': '//error%message &
+                               //'; or the motion is unstable and needs shorter increments (safety or largest_increment)'
+            else
+               call check_growth(self, step, problem%state%time, error)
+            end if
+            if (allocated(error)) exit
+            if (left == 0 .or. self%time >= row*step%time%duration/max(1, step%history_rows)) then
+               call tell(self, problem, step, observer, left == 0, sums, error)
+               if (.not. allocated(error)) call check_balance(self, problem, step, sums, error)
+               if (allocated(error)) exit
+               row = 1 + int(self%time*max(1, step%history_rows)/step%time%duration*(1 + epsilon(after)))
+            end if
+            if (self%done < self%renewal) cycle
+            call renew(self, problem, step, error)
+            if (allocated(error)) exit
+            if (left > 0) left = increments_to(self, landing)
+         end do
+         if (allocated(error)) exit
+      end do
+      increments = increments + self%told
+      iterations = iterations + self%done
+      if (allocated(error)) then
+         call problem%restore()
+      else
+         call problem%evaluate(.false., error) ! a static step may follow
+         if (.not. allocated(error)) call problem%accept()
+      end if
+   end subroutine solve_explicit
+
+   !> Loads and supports jump to where the step has them; masses, velocities and forces at the beginning.
+   subroutine begin(self, problem, step, error)
+      type(progress_t), intent(out) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), allocatable :: mass(:, :), still(:), turned(:, :)
+      real(wp), parameter :: instant = 1.0e-6_wp !< part of an increment that gives a rate
+      type(sums_t) :: sums
+
+      call cpu_time(self%record%cpu_time)
+      self%record%cpu_time = -self%record%cpu_time
+      self%began = problem%state%time
+      self%at_start = problem%state%load_factor
+      self%threads = paying_threads(problem%assembly%elements)
+      allocate (still(problem%n), source=0.0_wp)
+      call problem%move(still, 1 - problem%state%constant_factor, scaling=by_constant_factor)
+      call problem%move(still, step%time%factor(0.0_wp, self%at_start) - self%at_start)
+      call begin_motion(problem)
+      call lumped_masses(problem, mass, error)
+      if (allocated(error)) return
+      call problem%external%place(problem%assembly)
+      call scale_rotatory_inertia(problem%structure, step%rotation_scaling, mass)
+      call new_leapfrog(self%leapfrog, problem%equations, problem%state, mass, step%mass_damping)
+      call evaluate_forces(problem, error)
+      if (.not. allocated(error)) call renew(self, problem, step, error)
+      if (allocated(error)) then
+         error%message = name_of(step)//error%message
+         return
+      end if
+      self%noise = 0.5e-20_wp*sum(mass(ux, :))*(problem%detail/self%largest)**2
+      associate (drive => self%leapfrog%drive)
+         allocate (turned(4, size(drive, 2)))
+         call prescribe(self, problem, step, instant*min(self%largest, step%time%duration), drive, turned)
+      end associate
+      call self%leapfrog%whole(problem%equations, problem%state, problem%internal_force, problem%external_force, &
+                               self%leapfrog%drive, sums)
+      self%energy = sums%kinetic + stored_energy(problem)
+      self%ripple = sums%ripple
+   end subroutine begin
+
+   !> The stable increment at the present state, and when to look again.
+   subroutine renew(self, problem, step, error)
+      type(progress_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(error_t), allocatable, intent(out) :: error
+      real(wp) :: last, change
+      if (.not. step%automatic .and. step%first_increment > 0) then
+         self%largest = step%first_increment
+         self%renewal = huge(self%renewal)
+         return
+      end if
+      last = self%largest
+      call stable_increment(problem, self%leapfrog, self%largest, error)
+      if (allocated(error)) return
+      self%largest = step%safety*min(self%largest, huge(self%largest)/2)
+      if (step%largest_increment > 0) self%largest = min(self%largest, step%largest_increment)
+      change = abs(self%largest - last)/self%largest
+      if (last > 0) self%largest = min(self%largest, growth*last)
+      if (last > 0 .and. change < steady) &
+         self%interval = min(merge(2, 5, change > 0.2_wp*steady)*self%interval, longest_interval)
+      if (last > 0 .and. change > unsteady) self%interval = max(self%interval/2, shortest_interval)
+      self%renewal = self%done + self%interval
+   end subroutine renew
+
+   !> As many equal increments as the way to a time needs.
+   pure integer function increments_to(self, landing)
+      type(progress_t), intent(in) :: self
+      real(wp), intent(in) :: landing
+      real(wp), parameter :: rounding = 1.0e-9_wp
+      increments_to = max(1, int(min((landing - self%time)/self%largest*(1 - rounding), real(huge(1) - 1, wp))) + 1)
+   end function increments_to
+
+   !> One increment: velocities and the state, supports included; not yet time and load factor.
+   subroutine advance(self, problem, step, after)
+      type(progress_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: after
+      real(wp) :: drive(n_nodal, size(problem%equations%moved)), turned(4, size(problem%equations%moved))
+      call prescribe(self, problem, step, after, drive, turned)
+      if (self%done == 0) self%ripple = after**2*self%ripple + 0.5_wp*self%leapfrog%square_of_jump(problem%equations, drive)
+      call self%leapfrog%advance(problem%equations, problem%state, problem%internal_force, problem%external_force, after, drive, &
+                                 turned, self%threads)
+      self%time = self%time + after
+      self%done = self%done + 1
+   end subroutine advance
+
+   !> Velocities and spins of moved supports over a length of time from now on, and rotations after it that are prescribed as a
+   !> whole.
+   subroutine prescribe(self, problem, step, length, drive, turned)
+      type(progress_t), intent(in) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: length
+      real(wp), intent(out) :: drive(:, :), turned(:, :) !< (n_nodal, moved), (4, moved)
+      real(wp) :: now
+      integer :: i
+      associate (e => problem%equations, state => problem%state)
+         now = state%load_factor
+         state%load_factor = step%time%factor(self%time + length, self%at_start)
+         do i = 1, size(e%moved)
+            drive(:, i) = (state%load_factor - now)/length*e%motion(:, i, by_load_factor)
+            turned(:, i) = 0
+            if (.not. e%turned(i)) cycle
+            turned(:, i) = rotation_vector_to_quaternion(rotation_at(e, i, state))
+            drive(rx:rz, i) = quaternion_to_rotation_vector(quaternion_product(turned(:, i), &
+                                                            quaternion_conjugate(state%rotation(:, e%moved(i)))))/length
+         end do
+         state%load_factor = now
+      end associate
+   end subroutine prescribe
+
+   !> Time and load factor of the state follow those of the step.
+   subroutine go_to(self, problem, step)
+      type(progress_t), intent(in) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      problem%state%time = self%began + self%time
+      problem%state%load_factor = step%time%factor(self%time, self%at_start)
+   end subroutine go_to
+
+   !> Tell the observer of the present state.
+   subroutine tell(self, problem, step, observer, lands, sums, error)
+      type(progress_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      class(observer_t), intent(inout) :: observer
+      logical, intent(in) :: lands
+      type(sums_t), intent(out) :: sums
+      type(error_t), allocatable, intent(out) :: error
+      type(record_t) :: record
+      real(wp), allocatable :: nodal(:, :)
+      real(wp) :: drive(n_nodal, size(problem%equations%moved)), turned(4, size(problem%equations%moved))
+
+      call prescribe(self, problem, step, self%leapfrog%before, drive, turned)
+      call self%leapfrog%whole(problem%equations, problem%state, problem%internal_force, problem%external_force, drive, sums)
+      nodal = self%leapfrog%mass*problem%state%velocity
+      self%told = self%told + 1
+      problem%state%increment = problem%state%increment + 1
+      record%increment = problem%state%increment
+      record%control = step%control
+      record%iterations = self%done - self%record%total_iterations
+      record%load_factor = problem%state%load_factor
+      record%size = self%leapfrog%before
+      record%total_increments = self%told
+      record%total_iterations = self%done
+      associate (m => record%motion)
+         m%time = problem%state%time
+         if (lands) m%landing = step%time%is_output(self%time)
+         m%kinetic_energy = sums%kinetic
+         m%stored_energy = stored_energy(problem)
+         m%work = sums%work
+         m%damped = sums%damped
+         m%momentum = momentum(nodal)
+         m%angular_momentum = angular_momentum(problem%structure%mesh%coordinates, problem%state, nodal)
+      end associate
+      self%record%total_iterations = self%done
+      call cpu_time(record%cpu_time)
+      record%cpu_time = record%cpu_time + self%record%cpu_time
+      call problem%accept()
+      call observer%increment(problem%state, record, error)
+   end subroutine tell
+
+   !> Motion cannot have more energy than there was and than loads brought in.
+   subroutine check_growth(self, step, time, error)
+      type(progress_t), intent(inout) :: self
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: time
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: available
+      available = self%energy + self%leapfrog%work
+      self%most = max(self%most, available)
+      if (self%leapfrog%kinetic - available > too_much*self%most + self%noise) call refuse(self, step, time, error)
+   end subroutine check_growth
+
+   !> What the scheme keeps constant.
+   subroutine check_balance(self, problem, step, sums, error)
+      type(progress_t), intent(in) :: self
+      class(equilibrium_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(sums_t), intent(in) :: sums
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: misfit, stored
+      stored = stored_energy(problem)
+      misfit = sums%kinetic - self%leapfrog%before**2*sums%ripple + stored + sums%damped - sums%work - self%energy + self%ripple
+      if (abs(misfit) > out_of_balance*max(self%most, abs(self%energy + sums%work)) + self%noise) &
+         call refuse(self, step, problem%state%time, error)
+   end subroutine check_balance
+
+   subroutine refuse(self, step, time, error)
+      type(progress_t), intent(in) :: self
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: time
+      type(error_t), allocatable, intent(inout) :: error
+      call raise(error, status_not_converged, name_of(step)//'the motion became unstable before time '//text_of(time) &
+         //', in increments of '//text_of(self%leapfrog%before)//': it has energy that neither loads nor supports brought in; ' &
+         //'take shorter increments (safety or largest_increment)')
+   end subroutine refuse
+
+   pure function name_of(step) result(text)
+      type(step_t), intent(in) :: step
+      character(len=:), allocatable :: text
+      text = "explicit step: "
+      if (allocated(step%name)) text = "step '"//step%name//"': "
+   end function name_of
+end module finshell_explicit
