@@ -92,6 +92,12 @@ contains
             //': &accuracy: meshes are refined in one process: take finshell, not finshell_mpi'
          return
       end if
+      if (any(is_in_time(input%steps%control)) .and. associated(options%team)) then
+         if (speaks) write (error_unit, '(a)') 'finshell: '//input%file//':' &
+            //text_of(input%step_lines(findloc(is_in_time(input%steps%control), .true., dim=1))) &
+            //': &step: steps in time run in one process: take finshell, not finshell_mpi'
+         return
+      end if
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call choose_solver(input, shared(options%team), problem%solver%options, error)
       if (complain(error, speaks)) return
@@ -121,15 +127,16 @@ contains
       allocate (levels(0))
       do i = 1, size(input%steps)
          if (allocated(input%steps(i)%load_levels)) levels = [levels, input%steps(i)%load_levels]
-         levels = [levels, input%steps(i)%final_load_factor]
+         if (.not. is_in_time(input%steps(i)%control)) levels = [levels, input%steps(i)%final_load_factor]
       end do
       reporter%quiet = options%quiet
+      reporter%duration = sum(input%steps%time%duration)
       if (allocated(input%accuracy)) reporter%mesh = 1
       if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
       call agree(options%team, error)
       if (complain(error, speaks)) return
       call speaker%take(reporter, options%team)
-      call follow_steps(input%steps, problem, path, reporter, speaker, error)
+      call follow_steps(input%steps, problem, path, reporter, speaker, error, input%velocity)
       if (allocated(input%accuracy) .and. .not. allocated(error)) &
          call adapt(options, bisection, input, problem, path, reporter, speaker, error)
       if (speaks) call reporter%finish(problem%state, late)
@@ -177,19 +184,23 @@ contains
       type(reporter_t), intent(in) :: reporter
       logical, intent(in) :: failed
       real(dp) :: seconds
+      character(len=:), allocatable :: until
       integer :: i
 
       call cpu_time(seconds)
+      until = ''
+      if (reporter%duration > 0) until = ', time '//text_of(problem%state%time)
       if (failed) then
          write (output_unit, '(a,g0.7,a)') 'STOPPED EARLY at load factor ', problem%state%load_factor, &
-            '; everything up to there has been written.'
+            until//'; everything up to there has been written.'
       else
-         write (output_unit, '(a,g0.7)') 'Done: load factor ', problem%state%load_factor
+         write (output_unit, '(a,g0.7,a)') 'Done: load factor ', problem%state%load_factor, until
       end if
       if (reporter%linear > 0) write (output_unit, '(i0,a)') reporter%linear, &
          ' linear solutions or modes, which leave the state as it is'
       if (reporter%switched > 0) write (output_unit, '(i0,a)') reporter%switched, &
          ' linear or buckling steps in which fibres act where the linear solution stretches them, and are slack elsewhere'
+      if (reporter%moved > 0) write (output_unit, '(i0,a)') reporter%moved, ' reported increments in time'
       write (output_unit, '(3(i0,a),f0.2,a)') path%increments, ' increments, ', path%iterations, ' iterations, ', path%cuts, &
          ' cuts, ', seconds, ' s of CPU time'
       if (path%increments > 0) write (output_unit, '(a)') 'Worst accuracy of an increment: residual '//text_of(reporter%residual) &

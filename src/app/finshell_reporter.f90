@@ -2,18 +2,19 @@
 module finshell_reporter
    use, intrinsic :: iso_fortran_env, only: output_unit
    use finshell_kinds, only: wp
-   use finshell_disk, only: lock_t, remove_in_system, take_lock
+   use finshell_disk, only: check_replaceable, lock_t, remove_in_system, take_lock
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_error, only: error_t, raise
+   use finshell_gaps, only: count_gaps, gap_t
    use finshell_increment_lines, only: show_event, show_increment, show_snap, show_vibration
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
    use finshell_mode_table, only: mode_table_t
    use finshell_monitor, only: monitor_t, output_t
    use finshell_monitoring, only: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, &
-      cell_fields, cell_entries
-   use finshell_observer, only: observer_t, record_t
+      cell_fields, cell_entries, stored_energy
+   use finshell_observer, only: motion_t, observer_t, record_t
    use finshell_recovery, only: recovery_t, recover
    use finshell_result_fields, only: error_entry, find_field
    use finshell_results, only: results_file_t
@@ -21,17 +22,11 @@ module finshell_reporter
    use finshell_state, only: state_t, linear_change_t
    use finshell_status, only: status_io_error
    use finshell_storage, only: storage_t
-   use finshell_step, only: control_frequencies, control_linear, is_mode, leaves_state
+   use finshell_step, only: control_frequencies, control_linear, is_in_time, is_mode, leaves_state, step_t
    use finshell_version, only: version
    implicit none
    private
    public :: reporter_t
-
-   !> How many values of a monitor or field could not be recovered.
-   type :: gap_t
-      character(len=:), allocatable :: name
-      integer :: values = 0
-   end type gap_t
 
    type, extends(observer_t) :: reporter_t
       type(equilibrium_t), pointer :: problem => null()
@@ -64,6 +59,9 @@ module finshell_reporter
       !> Monitors and load factor of the last increment, of the first mode of a buckling step; NaN where they are missing.
       real(wp), allocatable :: final(:)
       logical :: fresh = .true. !< a step begins
+      real(wp) :: duration = 0 !< of all steps in time; 0: there are none
+      logical :: at_landings = .false. !< in this step fields are written at the times that it asks for, and at no others
+      integer :: moved = 0 !< increments in time
       integer :: mesh = 0 !< number of the present one where there are several (a column of the history)
       type(linear_change_t), allocatable :: change !< of the last linear step
    contains
@@ -77,7 +75,6 @@ module finshell_reporter
       procedure, private :: find_watches
       procedure, private :: evaluate
       procedure, private :: write_fields
-      procedure, private :: count_gaps
    end type reporter_t
 
 contains
@@ -135,7 +132,7 @@ contains
       if (self%output%fields .and. .not. allocated(error)) call check_replaceable(self%base_name//'.vtkhdf', error)
       if (self%output%fields .and. .not. allocated(error)) call check_replaceable(self%base_name//'.xdmf', error)
       if (allocated(error)) return
-      call self%history%create(self%base_name//'~.history.csv', column_names(self), error)
+      call self%history%create(self%base_name//'~.history.csv', column_names(self), error, self%duration > 0)
       if (.not. allocated(error) .and. self%output%fields) call self%create_results(input_text, error)
    end subroutine create_files
 
@@ -152,7 +149,7 @@ contains
                                   point_fields(self%problem, self%problem%state, self%output), &
                                   cell_fields(self%output, recovery), column_names(self), self%output%restart, error, &
                                   published_as=self%base_name//'.vtkhdf', &
-                                  storage=storage_t(self%output%compress, self%output%single))
+                                  storage=storage_t(self%output%compress, self%output%single, self%duration))
       end associate
       if (.not. allocated(error)) call self%write_fields(self%problem%state, row, recovery, error)
    end subroutine create_results
@@ -196,26 +193,11 @@ contains
       if (.not. allocated(error)) call self%results%publish(error)
    end subroutine change_mesh
 
-   !> An older file may be replaced if it may be written to.
-   subroutine check_replaceable(name, error)
-      character(len=*), intent(in) :: name
-      type(error_t), allocatable, intent(out) :: error
-      character(len=256) :: reason
-      logical :: exists
-      integer :: unit, status
-      inquire (file=name, exist=exists)
-      if (.not. exists) return
-      open (newunit=unit, file=name, status='old', action='readwrite', iostat=status, iomsg=reason)
-      if (status == 0) then
-         close (unit)
-      else
-         call raise(error, status_io_error, name//': cannot be replaced: '//trim(reason))
-      end if
-   end subroutine check_replaceable
-
-   subroutine begin_step(self)
+   subroutine begin_step(self, step)
       class(reporter_t), intent(inout) :: self
+      type(step_t), intent(in) :: step
       self%fresh = .true.
+      self%at_landings = is_in_time(step%control) .and. (allocated(step%time%output_times) .or. step%time%output_interval > 0)
    end subroutine begin_step
 
    !> See finshell_observer.
@@ -231,9 +213,7 @@ contains
       logical :: with_fields
       integer :: i
 
-      with_fields = self%output%fields .and. (mod(record%increment, max(1, self%output%every)) == 0 &
-         .or. leaves_state(record%control) &
-         .or. any(abs(self%levels - record%load_factor) <= 1.0e-10_wp*max(1.0_wp, abs(record%load_factor))))
+      with_fields = self%output%fields .and. has_fields(self, record)
       call self%evaluate(state, record, with_fields, row, recovery, change)
       row%residual = record%residual
       row%correction = record%correction
@@ -241,7 +221,7 @@ contains
       call self%history%append(row, error)
       if (allocated(error)) return
       do i = 1, size(self%watches)
-         call self%count_gaps(self%monitors(i)%name, row%missing(i:i))
+         call count_gaps(self%gaps, self%monitors(i)%name, row%missing(i:i))
       end do
       if (self%fresh .or. .not. is_mode(record%control)) &
          self%final = [(monitor_value(row, i), i=1, size(self%watches)), record%load_factor]
@@ -251,7 +231,7 @@ contains
          'the control of the step takes over again                              ', record%stands_in))
       self%stands_in = record%stands_in
       if (.not. self%quiet) call show_increment(record, record%increment == 1 .and. self%mesh <= 1, self%monitors, &
-                                                [(monitor_value(row, i), i=1, size(self%watches))])
+                                                [(monitor_value(row, i), i=1, size(self%watches))], row%motion)
       if (record%control == control_frequencies) then
          if (.not. self%quiet) call show_vibration(record%vibration)
          associate (v => record%vibration)
@@ -273,6 +253,7 @@ contains
             'fibres act where the linear solution stretches them: found in ', record%switched, ' solutions'
       end if
       if (leaves_state(record%control)) self%linear = self%linear + 1
+      if (is_in_time(record%control)) self%moved = self%moved + 1
       if (record%control == control_linear .and. self%estimates) then
          call estimate_error(self%problem, state, indicator, change)
          self%relative_error = indicator%relative
@@ -340,11 +321,38 @@ contains
       row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)
       row%critical_point = record%event + merge(10, 0, record%located)
       allocate (row%monitors(size(self%watches)), row%missing(size(self%watches)))
-      call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change)
+      if (self%duration > 0) row%motion = motion_values(self%problem, state, record)
+      call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change, row%motion)
       if (self%mesh == 0) return
       row%monitors = [row%monitors, real(self%mesh, wp)]
       row%missing = [row%missing, .false.]
    end subroutine evaluate
+
+   !> Are fields to be written at an increment?
+   pure logical function has_fields(self, record)
+      class(reporter_t), intent(in) :: self
+      type(record_t), intent(in) :: record
+      if (is_in_time(record%control)) then
+         has_fields = record%motion%landing
+         if (.not. self%at_landings) has_fields = has_fields .or. mod(record%increment, max(1, self%output%every)) == 0
+      else
+         has_fields = mod(record%increment, max(1, self%output%every)) == 0 .or. leaves_state(record%control) &
+                      .or. any(abs(self%levels - record%load_factor) <= 1.0e-10_wp*max(1.0_wp, abs(record%load_factor)))
+      end if
+   end function has_fields
+
+   !> Values of motion_columns (finshell_field). Equilibrium states are at rest, at the time where the motion before them has ended.
+   function motion_values(problem, state, record) result(values)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(record_t), intent(in) :: record
+      real(wp), allocatable :: values(:)
+      type(motion_t) :: m
+      m = record%motion
+      m%time = state%time
+      if (.not. is_in_time(record%control)) m%stored_energy = stored_energy(problem, state)
+      values = [m%time, m%kinetic_energy, m%stored_energy, m%work, m%damped, m%momentum, m%angular_momentum]
+   end function motion_values
 
    subroutine write_fields(self, state, row, recovery, error, change)
       class(reporter_t), intent(inout) :: self
@@ -364,21 +372,7 @@ contains
       if (allocated(error)) return
       self%last_written = row%increment
       do i = 1, size(cells)
-         call self%count_gaps(cells(i)%name, cells(i)%missing)
+         call count_gaps(self%gaps, cells(i)%name, cells(i)%missing)
       end do
    end subroutine write_fields
-
-   !> Keep account of missing values, for the summary.
-   subroutine count_gaps(self, name, missing)
-      class(reporter_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      logical, intent(in) :: missing(:)
-      integer :: i
-      if (.not. any(missing)) return
-      do i = 1, size(self%gaps)
-         if (self%gaps(i)%name == name) exit
-      end do
-      if (i > size(self%gaps)) self%gaps = [self%gaps, gap_t(name)]
-      self%gaps(i)%values = self%gaps(i)%values + count(missing)
-   end subroutine count_gaps
 end module finshell_reporter

@@ -2,6 +2,7 @@
 module finshell_input_output
    use finshell_kinds, only: wp
    use finshell_error, only: error_t
+   use finshell_field, only: motion_columns
    use finshell_mesh, only: mesh_t
    use finshell_monitor, only: monitor_t, output_t, reduce_mean, reduce_sum, reduce_names
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
@@ -16,15 +17,16 @@ module finshell_input_output
    character(len=*), parameter :: height_names = 'bottom, middle, top'
    !> Columns of the history that are always there.
    character(len=*), parameter :: own_columns = &
-      ', increment, load_factor, iterations, negative_pivots, critical_point, residual, correction,'
+      ', increment, load_factor, iterations, negative_pivots, critical_point, residual, correction, snap,'
 
 contains
 
    !> &monitor: a column of the history.
-   subroutine read_monitor(group, mesh, sections, monitor, error)
+   subroutine read_monitor(group, mesh, sections, in_time, monitor, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
       type(section_t), intent(in) :: sections(:)
+      logical, intent(in) :: in_time !< the history has the columns of the motion
       type(monitor_t), intent(out) :: monitor
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
@@ -38,7 +40,7 @@ contains
       call get(group, 'quantity', quantity, error, choices=field_list)
       call get(group, 'factor', monitor%factor, error, default=1.0_wp)
       if (allocated(error)) return
-      if (index(own_columns, ', '//monitor%name//',') > 0) then
+      if (index(own_columns, ', '//monitor%name//',') > 0 .or. (in_time .and. any(motion_columns == monitor%name))) then
          call complain_about(group, 'name', "the history has a column '"//monitor%name//"' of its own", error)
          return
       end if

@@ -2,11 +2,12 @@
 module finshell_disk
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_loc, c_long
    use, intrinsic :: iso_c_binding, only: c_null_char, c_null_ptr, c_ptr, c_size_t
-   use finshell_error, only: text_of
+   use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: i8
+   use finshell_status, only: status_io_error
    implicit none
    private
-   public :: lack_of_room, rename_in_system, remove_in_system, copy_in_system, link_in_system, cut_in_system
+   public :: check_replaceable, lack_of_room, rename_in_system, remove_in_system, copy_in_system, link_in_system, cut_in_system
    public :: write_failures_return, set_environment
    public :: length_in_system, lock_t, take_lock
 
@@ -157,6 +158,23 @@ module finshell_disk
    end interface
 
 contains
+
+   !> An older file may be replaced if it may be written to.
+   subroutine check_replaceable(name, error)
+      character(len=*), intent(in) :: name
+      type(error_t), allocatable, intent(out) :: error
+      character(len=256) :: reason
+      logical :: exists
+      integer :: unit, status
+      inquire (file=name, exist=exists)
+      if (.not. exists) return
+      open (newunit=unit, file=name, status='old', action='readwrite', iostat=status, iomsg=reason)
+      if (status == 0) then
+         close (unit)
+      else
+         call raise(error, status_io_error, name//': cannot be replaced: '//trim(reason))
+      end if
+   end subroutine check_replaceable
 
    !> Rename a file, replacing another one of the new name; false when it cannot be done.
    logical function rename_in_system(old, new)

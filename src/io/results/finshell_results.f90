@@ -2,11 +2,12 @@
 !>
 !> The mesh is written once, in reference coordinates; every converged increment appends one step of each field and is
 !> flushed, so that a killed run leaves a readable file. Readers count steps by the attribute NSteps, which is written last.
-!> The time of a step is its increment number, because VTK wants rising times and a load factor may fall; the load factor
-!> is field data. An XDMF file of the same base name describes the same datasets to readers that do not know VTKHDF. Use:
+!> VTK wants rising times. Where nothing moves in time (storage_t%duration 0) the time of a step is its increment number, as a load
+!> factor may fall; elsewhere it is that of the state, and states of the same time follow each other closely (`same_time`). Load
+!> factor and, in the latter case, time are field data. An XDMF file of the same base name describes the same datasets to readers that do not know VTKHDF. Use:
 !> `create` or `open_for_restart`, then `append` for every increment, then `close`; others may read the file meanwhile.
 module finshell_results
-   use finshell_error, only: error_t, raise
+   use finshell_error, only: error_t, raise, text_of
    use finshell_field, only: check_field, check_fields, check_increment, field_t, gaps, has_displacement, increment_t, layout, &
       & monitor_value, name_t, with_gaps, without_slash
    use finshell_hdf5, only: hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_single, hdf5_table_t
@@ -37,15 +38,19 @@ module finshell_results
       type(storage_t) :: storage
       type(field_t), allocatable :: point_layout(:), cell_layout(:) !< names and components
       type(series_t), allocatable :: points(:), cells(:)
-      type(series_t) :: load_factor !< as field data of VTKHDF
+      type(series_t) :: load_factor, time !< as field data of VTKHDF
+      real(wp) :: instant = 0 !< time of the last step
       type(name_t), allocatable :: monitors(:)
       type(hdf5_table_t) :: times, same(size(same_lists)), quaternions, log
       type(record_tables_t) :: history
    contains
       procedure :: create, open_for_restart, publish, append, log_line
       procedure :: close => close_results
-      procedure, private :: attach, write_step, step_size
+      procedure, private :: attach, write_step, step_size, next_instant
    end type results_file_t
+
+   !> Distance of steps of the same time, as a part of the duration of the input.
+   real(wp), parameter :: same_time = 1.0e-9_wp
 
 contains
 
@@ -196,6 +201,8 @@ contains
          call raise(error, status_invalid_argument, 'results cannot be appended: the result file is not open')
       else if (self%restartable .and. .not. present(quaternions)) then
          call raise(error, status_invalid_argument, self%name//': the rotations are missing, which a restart needs')
+      else if (self%storage%duration > 0 .and. .not. allocated(record%motion)) then
+         call raise(error, status_invalid_argument, self%name//': increment '//text_of(record%increment)//' has no time')
       end if
       if (.not. allocated(error)) call check_increment(record, self%monitors, error)
       if (.not. allocated(error)) call check_fields(point_fields, self%point_layout, self%nodes, 'node', record%increment, error)
@@ -214,9 +221,21 @@ contains
       if (.not. allocated(error)) call self%file%flush(error)
       call self%file%end_writing()
       if (allocated(error)) return
+      self%instant = self%next_instant(record)
       self%steps = self%steps + 1
-      call self%xdmf%append(int(self%steps) - 1, record, point_fields, cell_fields, self%points%bytes, self%cells%bytes, error)
+      call self%xdmf%append(int(self%steps) - 1, record, self%instant, point_fields, cell_fields, self%points%bytes, &
+                            self%cells%bytes, error)
    end subroutine append
+
+   !> The time of the next step of the file.
+   pure real(wp) function next_instant(self, record)
+      class(results_file_t), intent(in) :: self
+      type(increment_t), intent(in) :: record
+      next_instant = record%increment
+      if (.not. self%storage%duration > 0) return
+      next_instant = record%motion(1)
+      if (self%steps > 0) next_instant = max(next_instant, self%instant + same_time*self%storage%duration)
+   end function next_instant
 
    !> Append a line to the solver log in the file; it reaches the disk with the next increment.
    subroutine log_line(self, line, error)
@@ -238,6 +257,7 @@ contains
          deallocate (self%points, self%cells)
       end if
       call close_series(self%load_factor)
+      call close_series(self%time)
       call self%same%close()
       call self%history%close()
       call self%times%close()
@@ -273,6 +293,7 @@ contains
          call grow_series(self%cells(i), 'CellData', cell_fields(i), self%elements)
       end do
       call grow_series(self%load_factor, 'FieldData', field_t('load_factor', 1), 1)
+      if (self%storage%duration > 0) call grow_series(self%time, 'FieldData', field_t('time', 1), 1)
       call self%history%attach(self%file, self%name, monitors, fresh, self%steps, error)
       if (restartable) call grow(self%quaternions, '/finshell/quaternions', hdf5_real, 4, items=self%nodes)
       self%lines = 0
@@ -316,9 +337,10 @@ contains
          call put_series(self%cells(i), self%elements, with_gaps(cell_fields(i)%values, cell_fields(i)%missing))
       end do
       call put_series(self%load_factor, 1, reshape([record%load_factor], [1, 1]))
+      if (self%storage%duration > 0) call put_series(self%time, 1, reshape(record%motion(1:1), [1, 1]))
       if (self%restartable .and. .not. allocated(error)) &
          & call self%quaternions%put_reals(self%steps*self%nodes, rotations%values, error)
-      if (.not. allocated(error)) call self%times%put_reals(self%steps, reshape([real(record%increment, wp)], [1, 1]), error)
+      if (.not. allocated(error)) call self%times%put_reals(self%steps, reshape([self%next_instant(record)], [1, 1]), error)
       do i = 1, size(same_lists)
          call put_integer(self%same(i), same_values(i))
       end do

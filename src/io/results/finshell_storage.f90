@@ -13,6 +13,8 @@ module finshell_storage
       integer :: compress = 1 !< level of zlib, 0 (none) to 9
       !> Fields in single precision. The mesh, histories and what a restart needs are in double precision in any case.
       logical :: single = .false.
+      !> Of all steps in time of the input, if there are some: then the time of a step of the file is that of its state.
+      real(wp) :: duration = 0
    contains
       procedure :: bytes => bytes_of_field
    end type storage_t
