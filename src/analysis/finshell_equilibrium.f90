@@ -43,7 +43,7 @@ module finshell_equilibrium
       type(equations_t) :: equations
       type(external_t) :: external
       type(linear_solver_t) :: solver
-      type(symmetric_part_t), private :: half !< of an unsymmetric matrix, for descents
+      type(symmetric_part_t) :: half !< of an unsymmetric matrix, for descents
       logical, private :: by_half = .false. !< it is what was factorised last
       real(wp), allocatable :: internal_force(:, :) !< (n_nodal, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (n_nodal, nodes); reactions are internal minus external force

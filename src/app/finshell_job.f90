@@ -14,7 +14,7 @@ module finshell_job
    use finshell_speaker, only: speaker_t
    use finshell_state, only: state_t
    use finshell_step, only: control_buckling, control_displacement, control_frequencies, control_linear, control_volume, &
-      is_in_time, prescribes_monitored, step_t
+      is_in_time, leaves_state, prescribes_monitored, step_t
    implicit none
    private
    public :: follow_steps
@@ -22,7 +22,7 @@ module finshell_job
 contains
 
    !> Follow them from the state of the problem. Errors: those of the first step that fails.
-   subroutine follow_steps(steps, problem, path, reporter, speaker, error, velocity)
+   subroutine follow_steps(steps, problem, path, reporter, speaker, error, velocity, from)
       type(step_t), intent(in) :: steps(:)
       type(equilibrium_t), intent(inout) :: problem
       type(path_t), intent(inout) :: path
@@ -30,10 +30,13 @@ contains
       type(speaker_t), intent(inout) :: speaker !< of the reporter
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: velocity(:, :) !< (n_nodal, nodes) and spins that the first step in time begins with
-      integer :: i, first
+      integer, intent(in), optional :: from !< the step to begin with, or to go on with where the path is under way
+      integer :: begin, first, i
       first = findloc(is_in_time(steps%control), .true., dim=1)
-      do i = 1, size(steps)
-         call reporter%begin_step(steps(i))
+      begin = 1
+      if (present(from)) begin = from
+      do i = begin, size(steps)
+         call reporter%begin_step(steps(i), i)
          if (i == first .and. present(velocity)) problem%state%velocity = free_part(problem%equations, velocity)
          select case (steps(i)%control)
          case (control_linear); call solve_linear(problem, steps(i), speaker, error)
@@ -41,8 +44,14 @@ contains
          case (control_frequencies); call solve_frequencies(problem, steps(i), speaker, error)
          case default
             if (allocated(problem%state%velocity)) call come_to_rest(steps(i), problem, path, speaker, error)
-            if (.not. allocated(error)) call path%follow(problem, steps(i), speaker, error)
+            if (.not. allocated(error) .and. path%underway .and. i == begin) then
+               call path%follow(problem, steps(i), speaker, error, resume=.true.)
+            else if (.not. allocated(error)) then
+               call path%follow(problem, steps(i), speaker, error)
+            end if
          end select
+         if (.not. allocated(error) .and. (leaves_state(steps(i)%control) .or. is_in_time(steps(i)%control))) &
+            call reporter%checkpoint%end_step(i, error)
          if (allocated(error)) return
       end do
    end subroutine follow_steps
@@ -74,6 +83,7 @@ contains
                          //'; let it go on with damping until it has settled'
          return
       end if
+      path%underway = .false.
       path%increments = path%increments + 1
       path%iterations = path%iterations + record%iterations
       call speaker%increment(problem%state, record, error)

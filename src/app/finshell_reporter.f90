@@ -2,6 +2,7 @@
 module finshell_reporter
    use, intrinsic :: iso_fortran_env, only: output_unit
    use finshell_kinds, only: wp
+   use finshell_checkpoint, only: checkpoint_t
    use finshell_disk, only: check_replaceable, lock_t, remove_in_system, take_lock
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error_indicator, only: estimate_error, indicator_t
@@ -13,9 +14,10 @@ module finshell_reporter
    use finshell_mode_table, only: mode_table_t
    use finshell_monitor, only: monitor_t, output_t
    use finshell_monitoring, only: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, &
-      cell_fields, cell_entries, stored_energy
-   use finshell_observer, only: motion_t, observer_t, record_t
+      cell_fields, cell_entries
+   use finshell_observer, only: observer_t, record_t
    use finshell_recovery, only: recovery_t, recover
+   use finshell_report_rules, only: has_fields, motion_values
    use finshell_result_fields, only: error_entry, find_field
    use finshell_results, only: results_file_t
    use finshell_stability, only: no_event
@@ -62,6 +64,9 @@ module finshell_reporter
       real(wp) :: duration = 0 !< of all steps in time; 0: there are none
       logical :: at_landings = .false. !< in this step fields are written at the times that it asks for, and at no others
       integer :: moved = 0 !< increments in time
+      type(checkpoint_t) :: checkpoint
+      integer :: continued = 0 !< the increment after which a run goes on
+      logical :: continues = .false. !< the files of that run
       integer :: mesh = 0 !< number of the present one where there are several (a column of the history)
       type(linear_change_t), allocatable :: change !< of the last linear step
    contains
@@ -71,6 +76,7 @@ module finshell_reporter
       procedure :: begin_step
       procedure :: change_mesh
       procedure, private :: create_files
+      procedure, private :: continue_files
       procedure, private :: create_results
       procedure, private :: find_watches
       procedure, private :: evaluate
@@ -110,9 +116,14 @@ contains
       end if
       call remove_in_system(base_name//'.vtkhdf~live') ! of a run that was killed
       call remove_in_system(base_name//'.vtkhdf~copy')
-      call self%create_files(input_text, error)
-      if (.not. allocated(error)) call self%history%publish(base_name//'.history.csv', error)
-      if (.not. allocated(error) .and. output%fields) call self%results%publish(error)
+      if (self%continues) then
+         call self%continue_files(input_text, error)
+      else
+         call self%create_files(input_text, error)
+         if (.not. allocated(error)) call self%history%publish(base_name//'.history.csv', error)
+         if (.not. allocated(error) .and. output%fields) call self%results%publish(error)
+         if (.not. allocated(error)) call self%checkpoint%start(base_name//'.restart', error)
+      end if
       if (.not. allocated(error)) return
       call self%history%close()
       call self%results%close(ignored)
@@ -136,6 +147,34 @@ contains
       if (.not. allocated(error) .and. self%output%fields) call self%create_results(input_text, error)
    end subroutine create_files
 
+   !> Go on with the files of an earlier run after one of its increments.
+   subroutine continue_files(self, input_text, error)
+      class(reporter_t), intent(inout) :: self
+      character(len=*), intent(in) :: input_text
+      type(error_t), allocatable, intent(out) :: error
+      type(recovery_t) :: recovery
+      type(increment_t) :: row
+      logical :: exists
+      call self%checkpoint%keep(self%base_name//'.restart', self%continued, error)
+      if (.not. allocated(error)) call self%history%open_for_restart(self%base_name//'.history.csv', column_names(self), &
+                                                                     self%continued, error, self%duration > 0)
+      if (.not. allocated(error)) call self%modes%cut(self%base_name//'.modes.csv', self%continued, error)
+      if (allocated(error) .or. .not. self%output%fields) return
+      inquire (file=self%base_name//'.vtkhdf', exist=exists)
+      if (exists) then
+         call self%evaluate(self%problem%state, record_t(negative_pivots=0), .true., row, recovery)
+         call self%results%open_for_restart(self%base_name//'.vtkhdf', version, input_text, &
+                                            self%problem%structure%mesh%coordinates, self%problem%structure%mesh%triangles, &
+                                            point_fields(self%problem, self%problem%state, self%output), &
+                                            cell_fields(self%output, recovery), column_names(self), self%continued, error, &
+                                            storage_t(self%output%compress, self%output%single, self%duration))
+         self%last_written = self%continued
+      else
+         call self%create_results(input_text, error)
+         if (.not. allocated(error)) call self%results%publish(error)
+      end if
+   end subroutine continue_files
+
    !> The result file of the present mesh, with the state of the problem, which is unloaded.
    subroutine create_results(self, input_text, error)
       class(reporter_t), intent(inout) :: self
@@ -143,11 +182,12 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(recovery_t) :: recovery
       type(increment_t) :: row
-      call self%evaluate(self%problem%state, record_t(negative_pivots=0), .true., row, recovery)
+      call self%evaluate(self%problem%state, record_t(increment=self%continued, load_factor=self%problem%state%load_factor, &
+                                                      negative_pivots=0), .true., row, recovery)
       associate (mesh => self%problem%structure%mesh)
          call self%results%create(self%base_name//'~.vtkhdf', version, input_text, mesh%coordinates, mesh%triangles, &
                                   point_fields(self%problem, self%problem%state, self%output), &
-                                  cell_fields(self%output, recovery), column_names(self), self%output%restart, error, &
+                                  cell_fields(self%output, recovery), column_names(self), error, &
                                   published_as=self%base_name//'.vtkhdf', &
                                   storage=storage_t(self%output%compress, self%output%single, self%duration))
       end associate
@@ -193,9 +233,11 @@ contains
       if (.not. allocated(error)) call self%results%publish(error)
    end subroutine change_mesh
 
-   subroutine begin_step(self, step)
+   subroutine begin_step(self, step, number)
       class(reporter_t), intent(inout) :: self
       type(step_t), intent(in) :: step
+      integer, intent(in) :: number !< of the step in the input
+      self%checkpoint%step = number
       self%fresh = .true.
       self%at_landings = is_in_time(step%control) .and. (allocated(step%time%output_times) .or. step%time%output_interval > 0)
    end subroutine begin_step
@@ -213,7 +255,7 @@ contains
       logical :: with_fields
       integer :: i
 
-      with_fields = self%output%fields .and. has_fields(self, record)
+      with_fields = self%output%fields .and. has_fields(record, self%output%every, self%at_landings, self%levels)
       call self%evaluate(state, record, with_fields, row, recovery, change)
       row%residual = record%residual
       row%correction = record%correction
@@ -230,8 +272,8 @@ contains
          'arc-length stands in from here: what the step prescribes turns round  ', &
          'the control of the step takes over again                              ', record%stands_in))
       self%stands_in = record%stands_in
-      if (.not. self%quiet) call show_increment(record, record%increment == 1 .and. self%mesh <= 1, self%monitors, &
-                                                [(monitor_value(row, i), i=1, size(self%watches))], row%motion)
+      if (.not. self%quiet) call show_increment(record, record%increment == self%continued + 1 .and. self%mesh <= 1, &
+                                                self%monitors, [(monitor_value(row, i), i=1, size(self%watches))], row%motion)
       if (record%control == control_frequencies) then
          if (.not. self%quiet) call show_vibration(record%vibration)
          associate (v => record%vibration)
@@ -274,6 +316,8 @@ contains
       self%last = record
       if (present(change)) self%change = change
       if (with_fields) call self%write_fields(state, row, recovery, error, change)
+      if (.not. allocated(error) .and. .not. (leaves_state(record%control) .or. is_in_time(record%control))) &
+         call self%checkpoint%note(with_fields .or. .not. self%output%fields, error)
    end subroutine increment
 
    !> Write the fields of the last increment, if they have not been, and close the files.
@@ -296,6 +340,8 @@ contains
       call self%results%close(ignored)
       if (allocated(ignored) .and. .not. allocated(error)) call move_alloc(ignored, error)
       call self%history%close()
+      call self%checkpoint%write(ignored, if_due=.true.)
+      if (allocated(ignored) .and. .not. allocated(error)) call move_alloc(ignored, error)
       call self%lock%release(self%base_name//'.lock')
    end subroutine finish
 
@@ -328,32 +374,6 @@ contains
       row%missing = [row%missing, .false.]
    end subroutine evaluate
 
-   !> Are fields to be written at an increment?
-   pure logical function has_fields(self, record)
-      class(reporter_t), intent(in) :: self
-      type(record_t), intent(in) :: record
-      if (is_in_time(record%control)) then
-         has_fields = record%motion%landing
-         if (.not. self%at_landings) has_fields = has_fields .or. mod(record%increment, max(1, self%output%every)) == 0
-      else
-         has_fields = mod(record%increment, max(1, self%output%every)) == 0 .or. leaves_state(record%control) &
-                      .or. any(abs(self%levels - record%load_factor) <= 1.0e-10_wp*max(1.0_wp, abs(record%load_factor)))
-      end if
-   end function has_fields
-
-   !> Values of motion_columns (finshell_field). Equilibrium states are at rest, at the time where the motion before them has ended.
-   function motion_values(problem, state, record) result(values)
-      type(equilibrium_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(record_t), intent(in) :: record
-      real(wp), allocatable :: values(:)
-      type(motion_t) :: m
-      m = record%motion
-      m%time = state%time
-      if (.not. is_in_time(record%control)) m%stored_energy = stored_energy(problem, state)
-      values = [m%time, m%kinetic_energy, m%stored_energy, m%work, m%damped, m%momentum, m%angular_momentum]
-   end function motion_values
-
    subroutine write_fields(self, state, row, recovery, error, change)
       class(reporter_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -364,11 +384,7 @@ contains
       type(field_t), allocatable :: cells(:)
       integer :: i
       cells = cell_fields(self%output, recovery)
-      if (self%output%restart) then
-         call self%results%append(row, point_fields(self%problem, state, self%output, change), cells, error, state%rotation)
-      else
-         call self%results%append(row, point_fields(self%problem, state, self%output, change), cells, error)
-      end if
+      call self%results%append(row, point_fields(self%problem, state, self%output, change), cells, error)
       if (allocated(error)) return
       self%last_written = row%increment
       do i = 1, size(cells)

@@ -9,7 +9,7 @@ module finshell_field
    use finshell_status, only: status_invalid_argument, status_not_a_number
    implicit none
    private
-   public :: field_t, increment_t, name_t, check_field, check_fields, check_increment, has_displacement, layout
+   public :: field_t, increment_t, name_t, check_field, check_fields, check_increment, layout
    public :: gaps, monitor_value, with_gaps, without_slash, name_characters, motion_columns
 
    !> What names of fields, monitors and jobs are made of: they are parts of paths in result files, and of their names.
@@ -183,16 +183,6 @@ contains
       if (.not. allocated(record%missing)) return
       if (record%missing(i)) monitor_value = ieee_value(1.0_wp, ieee_quiet_nan)
    end function monitor_value
-
-   !> Whether the nodal displacements are among the fields.
-   pure logical function has_displacement(fields)
-      type(field_t), intent(in) :: fields(:)
-      integer :: i
-      has_displacement = .false.
-      do i = 1, size(fields)
-         if (fields(i)%name == 'displacement' .and. fields(i)%components == 3) has_displacement = .true.
-      end do
-   end function has_displacement
 
    !> The fields without their values.
    pure function layout(fields) result(names)

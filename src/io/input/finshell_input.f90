@@ -69,15 +69,16 @@ contains
    end subroutine read_input
 
    !> The same from a text; file_name is used in messages and to find other files.
-   subroutine parse_input(text, file_name, input, error)
+   subroutine parse_input(text, file_name, input, error, levels)
       character(len=*), intent(in) :: text
       character(len=*), intent(in) :: file_name
       type(input_t), intent(out) :: input
       type(error_t), allocatable, intent(out) :: error
+      integer, intent(in), optional :: levels !< as for `read_input`
       type(namelist_t) :: namelist
 
       call parse_namelist(text, file_name, namelist, error)
-      if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error)
+      if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error, levels)
    end subroutine parse_input
 
    !> With a preset that makes the mesh coarser, if the input without `levels` can have such a mesh: its numbers of cells may be

@@ -4,7 +4,8 @@ module finshell_input_output
    use finshell_error, only: error_t
    use finshell_field, only: motion_columns
    use finshell_mesh, only: mesh_t
-   use finshell_monitor, only: monitor_t, output_t, reduce_mean, reduce_sum, reduce_names
+   use finshell_monitor, only: monitor_t, output_t, reduce_mean, reduce_sum, reduce_names, restart_all, restart_last, &
+      restart_none
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
    use finshell_input_preset, only: preset_t
    use finshell_input_common, only: get_set, get_component, position_of, check_name, kind_node, kind_element
@@ -102,14 +103,14 @@ contains
       type(output_t), intent(out) :: output
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
-      character(len=:), allocatable :: fields(:), field_list, precision
+      character(len=:), allocatable :: fields(:), field_list, precision, restart
       integer :: i
 
       if (allocated(error)) return
       field_list = field_names(only_items=.true.)
       call get_strings(group, 'fields', fields, error, choices=field_list)
       call get(group, 'every', output%every, error, default=output%every, minimum=0)
-      call get(group, 'restart', output%restart, error, default=output%restart)
+      call get(group, 'restart', restart, error, default='last', choices='last, all, none')
       call get(group, 'compress', output%compress, error, default=output%compress, minimum=0, maximum=9)
       call get(group, 'precision', precision, error, default='', choices='double, single')
       call check_all_used(group, error)
@@ -117,6 +118,11 @@ contains
       if (has(group, 'precision')) preset%single = .false.
       output%single = precision == 'single'
       output%fields = output%every > 0
+      select case (restart)
+      case ('all'); output%restart = restart_all
+      case ('none'); output%restart = restart_none
+      case default; output%restart = restart_last
+      end select
       if (size(fields) == 0) return
       table = result_fields()
       output%wanted = pack([(i, i=1, size(table))], [(any(fields == table(i)%name) .or. table(i)%name == 'displacement', &

@@ -7,7 +7,8 @@ module finshell_disk
    use finshell_status, only: status_io_error
    implicit none
    private
-   public :: check_replaceable, lack_of_room, rename_in_system, remove_in_system, copy_in_system, link_in_system, cut_in_system
+   public :: check_replaceable, full_name, lack_of_room
+   public :: rename_in_system, remove_in_system, copy_in_system, link_in_system, cut_in_system
    public :: write_failures_return, set_environment
    public :: length_in_system, lock_t, take_lock
 
@@ -69,6 +70,13 @@ module finshell_disk
          import :: c_ptr
          type(c_ptr) :: place
       end function c_errno
+
+      function c_getcwd(buffer, size) bind(c, name='getcwd') result(place)
+         import :: c_char, c_ptr, c_size_t
+         character(kind=c_char), intent(out) :: buffer(*)
+         integer(c_size_t), value :: size
+         type(c_ptr) :: place
+      end function c_getcwd
 
       function c_getpid() bind(c, name='getpid') result(pid)
          import :: c_int
@@ -175,6 +183,22 @@ contains
          call raise(error, status_io_error, name//': cannot be replaced: '//trim(reason))
       end if
    end subroutine check_replaceable
+
+   !> A file name with its folders from the root on; as it is where the system does not say where we are.
+   function full_name(name) result(full)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: full
+      integer, parameter :: longest = 4096
+      character(kind=c_char) :: buffer(longest)
+      integer :: i
+      full = name
+      if (index(name, '/') == 1) return
+      if (.not. c_associated(c_getcwd(buffer, int(longest, c_size_t)))) return
+      full = '/'//name
+      do i = findloc(buffer, c_null_char, dim=1) - 1, 1, -1
+         full = buffer(i)//full
+      end do
+   end function full_name
 
    !> Rename a file, replacing another one of the new name; false when it cannot be done.
    logical function rename_in_system(old, new)

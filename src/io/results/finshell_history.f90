@@ -56,7 +56,8 @@ contains
       end if
    end subroutine publish
 
-   !> Continue an existing file after increment `last`; later rows, and a row that was cut off, are dropped.
+   !> Continue an existing file after increment `last`; later rows, and a row that was cut off, are dropped. It is replaced as a
+   !> whole.
    subroutine open_for_restart(self, name, monitors, last, error, in_time)
       class(history_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name
@@ -66,7 +67,7 @@ contains
       logical, intent(in), optional :: in_time !< with the columns of the motion
       type(name_t), allocatable :: lines(:)
       character(len=:), allocatable :: head
-      integer :: i, increment, status
+      integer :: i, increment, reached, status
       head = header(monitors, .false.)
       if (present(in_time)) head = header(monitors, in_time)
       call read_lines(name, lines, error)
@@ -77,14 +78,19 @@ contains
          call raise(error, status_io_error, name//': cannot restart: the history file has the columns '//lines(1)%text &
             & //', expected '//head)
       else
-         call self%create(name, monitors, error, in_time)
+         call self%create(name//'~', monitors, error, in_time)
       end if
+      reached = 0
       do i = 2, merge(0, size(lines), allocated(error))
          read (lines(i)%text, *, iostat=status) increment
-         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == columns(self)) &
-            & call self%put(lines(i)%text, error)
+         if (status /= 0 .or. increment > last .or. count_commas(lines(i)%text) /= columns(self)) cycle
+         call self%put(lines(i)%text, error)
+         reached = increment
          if (allocated(error)) exit
       end do
+      if (.not. allocated(error) .and. reached < last) call raise(error, status_io_error, name//': cannot restart: the history ' &
+         & //'ends with increment '//text_of(reached)//', expected is '//text_of(last))
+      if (.not. allocated(error)) call self%publish(name, error)
    end subroutine open_for_restart
 
    !> Append one row. A row that is not finite is refused, but for what it declares missing: this is written as NaN.

@@ -1,5 +1,6 @@
 !> The file NAME.modes.csv: frequency and masses of each mode, a row a mode.
 module finshell_mode_table
+   use finshell_disk, only: rename_in_system
    use finshell_error, only: error_t, raise
    use finshell_kinds, only: wp
    use finshell_status, only: status_io_error
@@ -15,9 +16,36 @@ module finshell_mode_table
       logical :: begun = .false.
    contains
       procedure :: append
+      procedure :: cut
    end type mode_table_t
 
 contains
+
+   !> Go on with the file of an earlier run, if there is one: rows behind an increment are dropped.
+   subroutine cut(self, name, last, error)
+      class(mode_table_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: last
+      type(error_t), allocatable, intent(out) :: error
+      character(len=400) :: line
+      integer :: ended, from, increment, status, to
+      open (newunit=from, file=name, status='old', action='read', iostat=status)
+      if (status /= 0) return
+      open (newunit=to, file=name//'~', status='replace', action='write', iostat=status)
+      if (status == 0) write (to, '(a)', iostat=status) header
+      read (from, '(a)', iostat=ended) line
+      do while (status == 0)
+         read (from, '(a)', iostat=ended) line
+         if (ended /= 0) exit
+         read (line, *, iostat=status) increment
+         if (status /= 0 .or. increment > last) exit
+         write (to, '(a)', iostat=status) trim(line)
+      end do
+      close (from)
+      close (to)
+      self%begun = rename_in_system(name//'~', name)
+      if (.not. self%begun) call raise(error, status_io_error, name//': cannot be replaced')
+   end subroutine cut
 
    !> Write a row; the first one begins the file anew. Error: it cannot be written.
    subroutine append(self, name, increment, values, error)
