@@ -168,7 +168,7 @@ contains
          call add(reshape(real(structure%mesh%node_sets(i)%members, wp), [1, size(structure%mesh%node_sets(i)%members)]))
       end do
       if (allocated(structure%direction)) call add(structure%direction)
-      if (allocated(structure%normal)) call add(reshape(structure%normal, [9, size(structure%normal)/9]))
+      if (allocated(structure%normal)) call add(reshape(structure%normal, [size(structure%normal), 1]))
 
    contains
 

@@ -193,7 +193,7 @@ contains
          '  -q, --quiet                 no progress lines', &
          '  --factor                    check: order the equations too, and say how large the factor of the matrix is', &
          '  --refine N                  run, check: each triangle into four, N times (doc/namelist.md)', &
-         '  --from N                    restart: after increment N (restart = ''all'' in &output keeps them)', &
+         '  --from N                    restart: after increment N (restart = ''every'' in &output keeps them)', &
          '  --accuracy 1%               study: the error that is wanted (default 1 %)', &
          '  --budget SECONDS            study: the time that it may take (default 600)', &
          '  --levels N                  study: the number of meshes (default 4)', &

@@ -120,10 +120,11 @@ contains
          call self%continue_files(input_text, error)
       else
          call self%create_files(input_text, error)
-         if (.not. allocated(error)) call self%history%publish(base_name//'.history.csv', error)
-         if (.not. allocated(error) .and. output%fields) call self%results%publish(error)
-         if (.not. allocated(error)) call self%checkpoint%start(base_name//'.restart', error)
+         if (.not. allocated(error)) call remove_in_system(base_name//'.restart') ! it is of another run
       end if
+      if (.not. allocated(error)) call self%history%publish(base_name//'.history.csv', error)
+      if (.not. allocated(error) .and. output%fields) call self%results%publish(error)
+      if (.not. (allocated(error) .or. self%continues)) call self%checkpoint%start(base_name//'.restart', error)
       if (.not. allocated(error)) return
       call self%history%close()
       call self%results%close(ignored)
@@ -140,6 +141,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       call check_replaceable(self%base_name//'.history.csv', error)
+      if (.not. allocated(error)) call check_replaceable(self%base_name//'.restart', error)
       if (self%output%fields .and. .not. allocated(error)) call check_replaceable(self%base_name//'.vtkhdf', error)
       if (self%output%fields .and. .not. allocated(error)) call check_replaceable(self%base_name//'.xdmf', error)
       if (allocated(error)) return
@@ -155,24 +157,24 @@ contains
       type(recovery_t) :: recovery
       type(increment_t) :: row
       logical :: exists
-      call self%checkpoint%keep(self%base_name//'.restart', self%continued, error)
-      if (.not. allocated(error)) call self%history%open_for_restart(self%base_name//'.history.csv', column_names(self), &
-                                                                     self%continued, error, self%duration > 0)
-      if (.not. allocated(error)) call self%modes%cut(self%base_name//'.modes.csv', self%continued, error)
-      if (allocated(error) .or. .not. self%output%fields) return
+      call self%history%open_for_restart(self%base_name//'.history.csv', self%base_name//'~.history.csv', column_names(self), &
+                                         self%continued, error, self%duration > 0)
+      if (allocated(error)) return
       inquire (file=self%base_name//'.vtkhdf', exist=exists)
-      if (exists) then
+      if (exists .and. self%output%fields) then
          call self%evaluate(self%problem%state, record_t(negative_pivots=0), .true., row, recovery)
-         call self%results%open_for_restart(self%base_name//'.vtkhdf', version, input_text, &
+         call self%results%open_for_restart(self%base_name//'.vtkhdf', self%base_name//'~.vtkhdf', version, input_text, &
                                             self%problem%structure%mesh%coordinates, self%problem%structure%mesh%triangles, &
                                             point_fields(self%problem, self%problem%state, self%output), &
                                             cell_fields(self%output, recovery), column_names(self), self%continued, error, &
                                             storage_t(self%output%compress, self%output%single, self%duration))
          self%last_written = self%continued
-      else
+      else if (self%output%fields) then
          call self%create_results(input_text, error)
-         if (.not. allocated(error)) call self%results%publish(error)
       end if
+      ! the record first: whatever happens between these, it has its rows
+      if (.not. allocated(error)) call self%checkpoint%keep(self%base_name//'.restart', self%continued, error)
+      if (.not. allocated(error)) call self%modes%cut(self%base_name//'.modes.csv', self%continued, error)
    end subroutine continue_files
 
    !> The result file of the present mesh, with the state of the problem, which is unloaded.

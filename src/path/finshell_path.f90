@@ -59,15 +59,13 @@ contains
    !>
    !> Errors: bad settings; an increment that fails after all cuts (the message has the last load factor and why); too many
    !> increments; what the observer raised. All that converged before has been given to the observer.
-   !>
-   !> A path that was under way (finshell_path_memory) goes on, with `resume` = .true., where the problem stands.
    subroutine follow(self, problem, step, observer, error, resume)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       class(observer_t), intent(inout) :: observer
       type(error_t), allocatable, intent(out) :: error
-      logical, intent(in), optional :: resume
+      logical, intent(in), optional :: resume !< the path was under way (finshell_path_memory): it goes on where the problem stands
       type(targets_t) :: targets
       logical :: again, ramps
 

@@ -8,7 +8,7 @@ module finshell_input_difference
    private
    public :: compare_inputs
 
-   character(len=*), parameter :: fixed(9) = [character(len=16) :: 'mesh', 'node_set', 'element_set', 'material', 'section', &
+   character(len=*), parameter :: fixed(*) = [character(len=16) :: 'mesh', 'node_set', 'element_set', 'material', 'section', &
       'support', 'load', 'step', 'initial_velocity']
    character(len=*), parameter :: free_of_step = ', tolerance, residual_tolerance, correction_tolerance, maximum_iterations, ' &
       //'mixed, rotation_limit, largest_increment, smallest_increment, maximum_increments, maximum_cuts, growth, ' &

@@ -110,7 +110,7 @@ contains
       field_list = field_names(only_items=.true.)
       call get_strings(group, 'fields', fields, error, choices=field_list)
       call get(group, 'every', output%every, error, default=output%every, minimum=0)
-      call get(group, 'restart', restart, error, default='last', choices='last, all, none')
+      call get(group, 'restart', restart, error, default='last', choices='last, every, none')
       call get(group, 'compress', output%compress, error, default=output%compress, minimum=0, maximum=9)
       call get(group, 'precision', precision, error, default='', choices='double, single')
       call check_all_used(group, error)
@@ -119,7 +119,7 @@ contains
       output%single = precision == 'single'
       output%fields = output%every > 0
       select case (restart)
-      case ('all'); output%restart = restart_all
+      case ('every'); output%restart = restart_all
       case ('none'); output%restart = restart_none
       case default; output%restart = restart_last
       end select

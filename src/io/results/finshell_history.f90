@@ -56,11 +56,11 @@ contains
       end if
    end subroutine publish
 
-   !> Continue an existing file after increment `last`; later rows, and a row that was cut off, are dropped. It is replaced as a
-   !> whole.
-   subroutine open_for_restart(self, name, monitors, last, error, in_time)
+   !> Continue an existing file after increment `last`; later rows, and a row that was cut off, are dropped. What stays goes to a
+   !> new file, for `publish`.
+   subroutine open_for_restart(self, name, new_name, monitors, last, error, in_time)
       class(history_file_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: name, new_name
       type(name_t), intent(in) :: monitors(:)
       integer, intent(in) :: last
       type(error_t), allocatable, intent(out) :: error
@@ -78,7 +78,7 @@ contains
          call raise(error, status_io_error, name//': cannot restart: the history file has the columns '//lines(1)%text &
             & //', expected '//head)
       else
-         call self%create(name//'~', monitors, error, in_time)
+         call self%create(new_name, monitors, error, in_time)
       end if
       reached = 0
       do i = 2, merge(0, size(lines), allocated(error))
@@ -90,7 +90,6 @@ contains
       end do
       if (.not. allocated(error) .and. reached < last) call raise(error, status_io_error, name//': cannot restart: the history ' &
          & //'ends with increment '//text_of(reached)//', expected is '//text_of(last))
-      if (.not. allocated(error)) call self%publish(name, error)
    end subroutine open_for_restart
 
    !> Append one row. A row that is not finite is refused, but for what it declares missing: this is written as NaN.

@@ -167,6 +167,6 @@ contains
          text = text//', '//text_of(increments(i))
       end do
       if (size(increments) > most) text = text//', ... '//text_of(increments(size(increments)))
-      if (size(increments) == 1) text = text//" (restart = 'all' in &output keeps more)"
+      if (size(increments) == 1) text = text//" (restart = 'every' in &output keeps more)"
    end function list_of
 end module finshell_restart_file

@@ -98,12 +98,12 @@ contains
    end subroutine publish
 
    !> Continue a file of the same mesh, fields and monitors after increment `last`; arguments otherwise as for `create`. What is to
-   !> stay is copied to a new file that replaces the old one: a run that was killed while it wrote can leave traces of a further
+   !> stay is copied to a new file, for `publish`: a run that was killed while it wrote can leave traces of a further
    !> step, which can be ignored but not safely overwritten.
-   subroutine open_for_restart(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, &
+   subroutine open_for_restart(self, file_name, new_name, version, input_text, coordinates, triangles, point_fields, cell_fields, &
       & monitors, last, error, storage)
       class(results_file_t), intent(inout) :: self
-      character(len=*), intent(in) :: file_name, version, input_text
+      character(len=*), intent(in) :: file_name, new_name, version, input_text
       real(wp), intent(in) :: coordinates(:, :)
       integer, intent(in) :: triangles(:, :)
       type(field_t), intent(in) :: point_fields(:), cell_fields(:)
@@ -122,11 +122,10 @@ contains
       call old%file%get_integer('/VTKHDF/Steps', 'NSteps', old%steps, error)
       if (.not. allocated(error)) call compare_mesh(old%file, file_name, coordinates, triangles, error)
       if (.not. allocated(error)) call old%attach(.false., point_fields, cell_fields, monitors, error)
-      if (.not. allocated(error)) call self%create(file_name//'.restart', version, input_text, coordinates, triangles, &
+      if (.not. allocated(error)) call self%create(new_name, version, input_text, coordinates, triangles, &
          & point_fields, cell_fields, monitors, error, published_as=file_name, storage=storage)
       if (.not. allocated(error)) call copy_steps(old, self, point_fields, cell_fields, last, error)
       call old%close(ignored)
-      if (.not. allocated(error)) call self%publish(error)
    end subroutine open_for_restart
 
    !> Append the complete steps of a file up to an increment to a new one.
