@@ -56,8 +56,8 @@ contains
       end do
    end subroutine follow_steps
 
-   !> The motion ends: equilibrium at what acts now, or at the present value of what the step prescribes. A step whose load is that of
-   !> the motion would have nothing to do otherwise.
+   !> The motion ends: equilibrium at what acts now, or at the present value of what the step prescribes. A step whose load is that
+   !> of the motion would have nothing to do otherwise.
    subroutine come_to_rest(step, problem, path, speaker, error)
       type(step_t), intent(in) :: step !< the one that begins
       type(equilibrium_t), intent(inout) :: problem

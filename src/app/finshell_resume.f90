@@ -46,8 +46,8 @@ contains
       call read_restart(resume%base//'.restart', resume%head, increments, error, resume%increment, resume%numbers)
    end subroutine find_record
 
-   !> The input of the run or the one that was named, whose differences are checked. The options come to name the files to write: those
-   !> of the run unless another folder or another input says otherwise.
+   !> The input of the run or the one that was named, whose differences are checked. The options come to name the files to write:
+   !> those of the run unless another folder or another input says otherwise.
    subroutine resumed_input(options, resume, input, error)
       type(options_t), intent(inout) :: options
       type(resume_t), intent(in) :: resume

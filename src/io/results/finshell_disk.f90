@@ -72,8 +72,8 @@ module finshell_disk
       end function c_errno
 
       function c_getcwd(buffer, size) bind(c, name='getcwd') result(place)
-         import :: c_char, c_ptr, c_size_t
-         character(kind=c_char), intent(out) :: buffer(*)
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: buffer
          integer(c_size_t), value :: size
          type(c_ptr) :: place
       end function c_getcwd
@@ -189,11 +189,11 @@ contains
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: full
       integer, parameter :: longest = 4096
-      character(kind=c_char) :: buffer(longest)
+      character(kind=c_char), target :: buffer(longest)
       integer :: i
       full = name
       if (index(name, '/') == 1) return
-      if (.not. c_associated(c_getcwd(buffer, int(longest, c_size_t)))) return
+      if (.not. c_associated(c_getcwd(c_loc(buffer), int(longest, c_size_t)))) return
       full = '/'//name
       do i = findloc(buffer, c_null_char, dim=1) - 1, 1, -1
          full = buffer(i)//full

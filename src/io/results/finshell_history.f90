@@ -10,7 +10,7 @@ module finshell_history
    use finshell_status, only: status_invalid_argument, status_io_error
    implicit none
    private
-   public :: history_file_t
+   public :: history_file_t, read_lines
 
    type :: history_file_t
       private

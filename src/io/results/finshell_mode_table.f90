@@ -2,6 +2,8 @@
 module finshell_mode_table
    use finshell_disk, only: rename_in_system
    use finshell_error, only: error_t, raise
+   use finshell_field, only: name_t
+   use finshell_history, only: read_lines
    use finshell_kinds, only: wp
    use finshell_status, only: status_io_error
    implicit none
@@ -27,23 +29,22 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(in) :: last
       type(error_t), allocatable, intent(out) :: error
-      character(len=400) :: line
-      integer :: ended, from, increment, status, to
-      open (newunit=from, file=name, status='old', action='read', iostat=status)
-      if (status /= 0) return
-      open (newunit=to, file=name//'~', status='replace', action='write', iostat=status)
-      if (status == 0) write (to, '(a)', iostat=status) header
-      read (from, '(a)', iostat=ended) line
-      do while (status == 0)
-         read (from, '(a)', iostat=ended) line
-         if (ended /= 0) exit
-         read (line, *, iostat=status) increment
-         if (status /= 0 .or. increment > last) exit
-         write (to, '(a)', iostat=status) trim(line)
+      type(name_t), allocatable :: lines(:)
+      integer :: i, increment, status, unit
+      logical :: exists
+      inquire (file=name, exist=exists)
+      if (.not. exists) return
+      call read_lines(name, lines, error)
+      if (allocated(error)) return
+      open (newunit=unit, file=name//'~', status='replace', action='write', iostat=status)
+      do i = 1, size(lines)
+         increment = 0
+         if (status == 0 .and. i > 1) read (lines(i)%text, *, iostat=status) increment
+         if (status == 0 .and. increment <= last) write (unit, '(a)', iostat=status) lines(i)%text
       end do
-      close (from)
-      close (to)
-      self%begun = rename_in_system(name//'~', name)
+      if (status == 0) close (unit, iostat=status)
+      self%begun = status == 0
+      if (self%begun) self%begun = rename_in_system(name//'~', name)
       if (.not. self%begun) call raise(error, status_io_error, name//': cannot be replaced')
    end subroutine cut
 

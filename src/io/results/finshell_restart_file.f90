@@ -1,7 +1,7 @@
 !> The file NAME.restart: what a run needs to go on, of its last increment or of all that it has written.
 !>
-!> A record that has been written is never touched again: the file of one record is replaced as a whole, by renaming, further records
-!> are appended, and what a killed run has left of one is no record. Numbers are as in memory, bit for bit.
+!> A record that has been written is never touched again: the file of one record is replaced as a whole, by renaming, further
+!> records are appended, and what a killed run has left of one is no record. Numbers are as in memory, bit for bit.
 module finshell_restart_file
    use finshell_disk, only: rename_in_system
    use finshell_error, only: error_t, raise, text_of
@@ -40,7 +40,7 @@ contains
       real(wp), intent(in) :: numbers(:)
       type(error_t), allocatable, intent(out) :: error
       character(len=256) :: reason
-      integer :: closed, status, unit
+      integer :: status, unit
       logical :: appends
       appends = self%begun .and. self%keeps_all
       if (appends) then
@@ -49,7 +49,10 @@ contains
       else
          open (newunit=unit, file=self%name//'~', status='replace', action='write', form='unformatted', access='stream', &
                iostat=status, iomsg=reason)
-         if (status == 0) call write_head(unit, self%head, status, reason)
+         associate (head => self%head)
+            if (status == 0) write (unit, iostat=status, iomsg=reason) mark, &
+               int([head%refine, len(head%input_file), len(head%input_text)], i8), head%model, head%input_file, head%input_text
+         end associate
       end if
       if (status == 0) write (unit, iostat=status, iomsg=reason) int([increment, size(numbers)], i8), numbers, &
          int([size(numbers), increment], i8)
@@ -61,9 +64,7 @@ contains
          end if
       end if
       self%begun = .true.
-      if (status == 0) return
-      close (unit, iostat=closed)
-      call raise(error, status_io_error, self%name//': cannot be written: '//trim(reason))
+      if (status /= 0) call raise(error, status_io_error, self%name//': cannot be written: '//trim(reason))
    end subroutine write_record
 
    !> Go on with the file of an earlier run after an increment: later records are dropped.
@@ -91,17 +92,8 @@ contains
       self%begun = .true.
    end subroutine keep
 
-   subroutine write_head(unit, head, status, reason)
-      integer, intent(in) :: unit
-      type(restart_head_t), intent(in) :: head
-      integer, intent(out) :: status
-      character(len=*), intent(inout) :: reason
-      write (unit, iostat=status, iomsg=reason) mark, int([head%refine, len(head%input_file), len(head%input_text)], i8), &
-         head%model, head%input_file, head%input_text
-   end subroutine write_head
-
-   !> The head and the increments that are there, of the last record of each; and the numbers of one of them. Errors: no such file; a
-   !> file of another kind; nothing in it.
+   !> The head and the increments that are there, of the last record of each; and the numbers of one of them. Errors: no such file;
+   !> a file of another kind; nothing in it.
    subroutine read_restart(name, head, increments, error, wanted, numbers)
       character(len=*), intent(in) :: name
       type(restart_head_t), intent(out) :: head
@@ -144,7 +136,8 @@ contains
          if (allocated(numbers)) deallocate (numbers)
          allocate (numbers(first(2)))
          read (unit, pos=place + 16, iostat=status) numbers
-         read (unit, iostat=status) last
+         if (status == 0) read (unit, iostat=status) last
+         if (status /= 0) exit
       end do
       close (unit)
       if (found /= mark) then

@@ -4,7 +4,8 @@
 !> flushed, so that a killed run leaves a readable file. Readers count steps by the attribute NSteps, which is written last.
 !> VTK wants rising times. Where nothing moves in time (storage_t%duration 0) the time of a step is its increment number, as a load
 !> factor may fall; elsewhere it is that of the state, and states of the same time follow each other closely (`same_time`). Load
-!> factor and, in the latter case, time are field data. An XDMF file of the same base name describes the same datasets to readers that do not know VTKHDF. Use:
+!> factor and, in the latter case, time are field data. An XDMF file of the same base name describes the same datasets to readers
+!> that do not know VTKHDF. Use:
 !> `create` or `open_for_restart`, then `append` for every increment, then `close`; others may read the file meanwhile.
 module finshell_results
    use finshell_error, only: error_t, raise, text_of
