@@ -71,13 +71,13 @@ contains
       call self%file%keep(last, error)
    end subroutine keep
 
-   !> A state of equilibrium has been reported; `marked`: it is among those to keep.
-   subroutine note(self, marked, error)
+   !> A state has been reported; `marked`: it is among those to keep; `in_time`: it moves.
+   subroutine note(self, marked, in_time, error)
       class(checkpoint_t), intent(inout) :: self
-      logical, intent(in) :: marked
+      logical, intent(in) :: marked, in_time
       type(error_t), allocatable, intent(out) :: error
       if (.not. associated(self%path)) return
-      self%due = self%path%underway
+      self%due = self%path%underway .and. (allocated(self%path%course) .eqv. in_time)
       if (.not. self%due) return
       if (self%file%keeps_all .and. marked) then
          call self%write(error)
@@ -94,6 +94,7 @@ contains
       if (.not. associated(self%path)) return
       self%step = step + 1
       self%path%underway = .false.
+      if (allocated(self%path%course)) deallocate (self%path%course)
       call self%write(error)
    end subroutine end_step
 

@@ -37,7 +37,8 @@ contains
       if (present(from)) begin = from
       do i = begin, size(steps)
          call reporter%begin_step(steps(i), i)
-         if (i == first .and. present(velocity)) problem%state%velocity = free_part(problem%equations, velocity)
+         if (i == first .and. present(velocity) .and. .not. allocated(path%course)) &
+            problem%state%velocity = free_part(problem%equations, velocity)
          select case (steps(i)%control)
          case (control_linear); call solve_linear(problem, steps(i), speaker, error)
          case (control_buckling); call solve_buckling(problem, steps(i), speaker, error)
@@ -77,7 +78,11 @@ contains
       if (step%control == control_displacement) call problem%watch(step%node_set, step%component, error)
       if (allocated(error)) return
       if (prescribes_monitored(step%control)) value = problem%monitored(state)
-      call resettle(problem, step, state, value, record, error)
+      ! without a load there are no forces at rest, but those of the motion tell what is small
+      call problem%evaluate(.false., error)
+      if (allocated(error)) return
+      call resettle(problem, step, state, value, record, error, &
+                    max(path%mean_levels, [problem%force_level, problem%moment_level]))
       if (allocated(error)) then
          error%message = "step '"//step%name//"': the motion before it does not come to rest: "//error%message &
                          //'; let it go on with damping until it has settled'

@@ -318,8 +318,8 @@ contains
       self%last = record
       if (present(change)) self%change = change
       if (with_fields) call self%write_fields(state, row, recovery, error, change)
-      if (.not. allocated(error) .and. .not. (leaves_state(record%control) .or. is_in_time(record%control))) &
-         call self%checkpoint%note(with_fields .or. .not. self%output%fields, error)
+      if (.not. allocated(error) .and. .not. leaves_state(record%control)) &
+         call self%checkpoint%note(with_fields .or. .not. self%output%fields, is_in_time(record%control), error)
    end subroutine increment
 
    !> Write the fields of the last increment, if they have not been, and close the files.

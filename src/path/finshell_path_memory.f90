@@ -25,6 +25,7 @@ contains
       call memo%carry(path%underway)
       call memo%carry(path%ramping)
       call memo%carry(path%done)
+      call memo%carry(path%course)
       call carry_targets(memo, path%targets)
       call memo%carry(path%increments)
       call memo%carry(path%iterations)

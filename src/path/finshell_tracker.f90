@@ -58,6 +58,7 @@ module finshell_tracker
       real(wp), allocatable :: overshoot(:) !< an increment that is to be interpolated
       real(wp) :: overshoot_change = 0
       integer :: bifurcations = 0 !< located in this step
+      real(wp), allocatable :: course(:) !< what a step in time carries from increment to increment, while it is under way
    contains
       procedure :: plan
       procedure :: try
