@@ -45,7 +45,7 @@ module finshell_equilibrium
       type(equations_t) :: equations
       type(external_t) :: external
       type(linear_solver_t) :: solver
-      type(symmetric_part_t), private :: half !< of an unsymmetric matrix, for descents
+      type(symmetric_part_t) :: half !< of an unsymmetric matrix, for descents
       logical, private :: by_half = .false. !< it is what was factorised last
       real(wp), allocatable :: internal_force(:, :) !< (n_nodal, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (n_nodal, nodes); reactions are internal minus external force
@@ -70,6 +70,8 @@ module finshell_equilibrium
    contains
       procedure :: evaluate
       procedure :: evaluate_toward
+      procedure :: case_of_steps
+      procedure :: arrange
       procedure :: change_case
       procedure :: factorise
       procedure :: solve
@@ -245,19 +247,41 @@ contains
       self%moment_level = levels(2)
    end subroutine evaluate_toward
 
-   !> Make a case the one whose factor is the load factor: its loads and supports change places with those that followed it before.
-   subroutine change_case(self, case, error)
+   !> The case whose factor is the load factor.
+   pure integer function case_of_steps(self)
+      class(equilibrium_t), intent(in) :: self
+      case_of_steps = findloc(self%factor_of_case, by_load_factor, dim=1)
+   end function case_of_steps
+
+   !> Make a case the one whose factor is the load factor: its loads and supports change places with those of the first case, which
+   !> is at its place before. Forces are as they were.
+   subroutine arrange(self, case)
       class(equilibrium_t), intent(inout) :: self
       integer, intent(in) :: case !< 1: that without a name
+      call exchange_with(self%case_of_steps())
+      call exchange_with(case)
+
+   contains
+
+      subroutine exchange_with(which)
+         integer, intent(in) :: which
+         integer :: other
+         other = maxval(self%factor_of_case([1, which]))
+         if (which == 1 .or. which > size(self%factor_of_case)) return
+         self%factor_of_case([1, which]) = self%factor_of_case([which, 1])
+         call self%external%exchange(other)
+         self%equations%motion(:, :, [by_load_factor, other]) = self%equations%motion(:, :, [other, by_load_factor])
+         call exchange_factors(self%state, other)
+      end subroutine exchange_with
+   end subroutine arrange
+
+   !> The same, with the forces.
+   subroutine change_case(self, case, error)
+      class(equilibrium_t), intent(inout) :: self
+      integer, intent(in) :: case
       type(error_t), allocatable, intent(out) :: error
-      integer :: other
-      other = self%factor_of_case(case)
-      if (other == by_load_factor) return
-      self%factor_of_case(findloc(self%factor_of_case, by_load_factor, dim=1)) = other
-      self%factor_of_case(case) = by_load_factor
-      call self%external%exchange(other)
-      self%equations%motion(:, :, [by_load_factor, other]) = self%equations%motion(:, :, [other, by_load_factor])
-      call exchange_factors(self%state, other)
+      if (case == self%case_of_steps()) return
+      call self%arrange(case)
       call self%evaluate(.false., error)
       call self%accept()
    end subroutine change_case

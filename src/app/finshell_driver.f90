@@ -8,19 +8,23 @@ module finshell_driver
    use finshell_effort_report, only: print_effort
    use finshell_disk, only: write_failures_return
    use finshell_blas_threads, only: to_openmp
+   use finshell_checkpoint, only: restore
    use finshell_convert, only: convert
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
-   use finshell_error, only: error_t, text_of
+   use finshell_error, only: error_t, raise, text_of
    use finshell_input, only: input_t, read_input
+   use finshell_monitor, only: restart_none
    use finshell_monitoring, only: slack_share
    use finshell_options, only: exit_incomplete, exit_input, exit_ok, options_t, print_help, read_command_line
    use finshell_path, only: path_t
    use finshell_process, only: end_with_parent
    use finshell_reporter, only: reporter_t
+   use finshell_resume, only: find_record, new_head, resume_t, resumed_input
    use finshell_rung, only: watch_rung, write_rung
    use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
    use finshell_step, only: control_frequencies, is_in_time
+   use finshell_status, only: status_input_error
    use finshell_study, only: study
    use finshell_team, only: agree, leads, shared, team_t
    use finshell_thread_choice, only: choose_threads
@@ -51,6 +55,7 @@ contains
       case ('check'); call run(options, .false., code)
       case ('study'); call study(options, code)
       case ('convert'); call convert(options, code)
+      case ('restart'); call run(options, .true., code)
       case ('version')
          if (leads(options%team)) write (output_unit, '(a)') 'finshell '//version
          code = exit_ok
@@ -62,25 +67,33 @@ contains
 
    !> Check the input and, with `solve`, follow the path through all steps.
    subroutine run(options, solve, code)
-      type(options_t), intent(in) :: options
+      type(options_t), intent(inout) :: options
       logical, intent(in) :: solve
       integer, intent(out) :: code
       type(input_t), target :: input
       type(equilibrium_t), target :: problem
-      type(path_t) :: path
+      type(path_t), target :: path
       type(reporter_t), target :: reporter
+      type(resume_t) :: resume
       type(speaker_t) :: speaker
       type(bisection_t) :: bisection
       type(error_t), allocatable :: error, late
       real(wp), allocatable :: levels(:)
       logical :: speaks
-      integer :: i
+      integer :: first, i
 
       code = exit_input
       speaks = leads(options%team)
       call to_openmp()
       call write_failures_return()
-      call read_input(options%input, input, error, options%refine, bisection)
+      if (options%command == 'restart') then
+         if (associated(options%team)) call raise(error, status_input_error, 'a run goes on in one process: take finshell, not ' &
+                                                  //'finshell_mpi')
+         if (.not. allocated(error)) call find_record(options, resume, error)
+         if (.not. allocated(error)) call resumed_input(options, resume, input, error)
+      else
+         call read_input(options%input, input, error, options%refine, bisection)
+      end if
       call agree(options%team, error)
       if (complain(error, speaks)) return
       if (allocated(options%rung)) then
@@ -92,6 +105,12 @@ contains
       if (allocated(input%accuracy) .and. associated(options%team)) then
          if (speaks) write (error_unit, '(a)') 'finshell: '//input%file//':'//text_of(input%accuracy%line) &
             //': &accuracy: meshes are refined in one process: take finshell, not finshell_mpi'
+         return
+      end if
+      if (any(is_in_time(input%steps%control)) .and. associated(options%team)) then
+         if (speaks) write (error_unit, '(a)') 'finshell: '//input%file//':' &
+            //text_of(input%step_lines(findloc(is_in_time(input%steps%control), .true., dim=1))) &
+            //': &step: steps in time run in one process: take finshell, not finshell_mpi'
          return
       end if
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
@@ -123,16 +142,29 @@ contains
       allocate (levels(0))
       do i = 1, size(input%steps)
          if (allocated(input%steps(i)%load_levels)) levels = [levels, input%steps(i)%load_levels]
-         levels = [levels, input%steps(i)%final_load_factor]
+         if (.not. is_in_time(input%steps(i)%control)) levels = [levels, input%steps(i)%final_load_factor]
       end do
       reporter%quiet = options%quiet
       reporter%cases = input%cases
+      reporter%duration = sum(input%steps%time%duration)
       if (allocated(input%accuracy)) reporter%mesh = 1
+      if (allocated(input%accuracy)) input%output%restart = restart_none
+      first = 1
+      if (allocated(resume%numbers)) then
+         call restore(resume%numbers, problem, path, first, error)
+         if (complain(error, speaks)) return
+         reporter%continued = resume%increment
+         reporter%continues = options%folder//input%name == resume%base
+         if (.not. options%quiet) write (output_unit, '(a)') 'Goes on after increment '//text_of(resume%increment)//' of ' &
+            //resume%base
+      end if
+      call reporter%checkpoint%attach(problem, path, input%output%restart, new_head(options, input))
+      reporter%checkpoint%step = first
       if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
       call agree(options%team, error)
       if (complain(error, speaks)) return
       call speaker%take(reporter, options%team)
-      call follow_steps(input%steps, problem, path, reporter, speaker, error)
+      call follow_steps(input%steps, problem, path, reporter, speaker, error, input%velocity, first)
       if (allocated(input%accuracy) .and. .not. allocated(error)) &
          call adapt(options, bisection, input, problem, path, reporter, speaker, error)
       if (speaks) call reporter%finish(problem%state, late)
@@ -183,19 +215,23 @@ contains
       type(reporter_t), intent(in) :: reporter
       logical, intent(in) :: failed
       real(dp) :: seconds
+      character(len=:), allocatable :: until
       integer :: i
 
       call cpu_time(seconds)
+      until = ''
+      if (reporter%duration > 0) until = ', time '//text_of(problem%state%time)
       if (failed) then
          write (output_unit, '(a,g0.7,a)') 'STOPPED EARLY at load factor ', problem%state%load_factor, &
-            '; everything up to there has been written.'
+            until//'; everything up to there has been written.'
       else
-         write (output_unit, '(a,g0.7)') 'Done: load factor ', problem%state%load_factor
+         write (output_unit, '(a,g0.7,a)') 'Done: load factor ', problem%state%load_factor, until
       end if
       if (reporter%linear > 0) write (output_unit, '(i0,a)') reporter%linear, &
          ' linear solutions or modes, which leave the state as it is'
       if (reporter%switched > 0) write (output_unit, '(i0,a)') reporter%switched, &
          ' linear or buckling steps in which fibres act where the linear solution stretches them, and are slack elsewhere'
+      if (reporter%moved > 0) write (output_unit, '(i0,a)') reporter%moved, ' reported increments in time'
       write (output_unit, '(3(i0,a),f0.2,a)') path%increments, ' increments, ', path%iterations, ' iterations, ', path%cuts, &
          ' cuts, ', seconds, ' s of CPU time'
       if (path%increments > 0) write (output_unit, '(a)') 'Worst accuracy of an increment: residual '//text_of(reporter%residual) &

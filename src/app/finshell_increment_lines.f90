@@ -36,17 +36,19 @@ contains
       end if
    end subroutine show_snap
 
-   !> Progress: increment, load factor, monitors, iterations, cuts, pivots, CPU seconds.
-   subroutine show_increment(record, headed, monitors, values)
+   !> Progress: increment, load factor, time where there is motion, monitors, iterations, cuts, pivots, CPU seconds.
+   subroutine show_increment(record, headed, monitors, values, motion)
       type(record_t), intent(in) :: record
       logical, intent(in) :: headed !< with the headings of the columns
       type(monitor_t), intent(in) :: monitors(:)
       real(wp), intent(in) :: values(:)
+      real(wp), intent(in), optional :: motion(:) !< values of motion_columns, time first
       character(len=14) :: heading
       integer :: i, n
       n = min(shown, size(values))
       if (headed) then
          write (output_unit, '(a)', advance='no') '  inc    load factor'
+         if (present(motion)) write (output_unit, '(a15)', advance='no') 'time'
          do i = 1, n
             heading = monitors(i)%name
             write (output_unit, '(1x,a)', advance='no') adjustr(heading)
@@ -54,6 +56,7 @@ contains
          write (output_unit, '(a)') '  iterations  cuts  negative pivots   CPU s'
       end if
       write (output_unit, '(i5,a)', advance='no') record%increment, column(record%load_factor)
+      if (present(motion)) write (output_unit, '(a)', advance='no') column(motion(1))
       do i = 1, n
          write (output_unit, '(a)', advance='no') column(values(i))
       end do

@@ -11,9 +11,12 @@ module finshell_options
 
    integer, parameter :: exit_ok = 0, exit_incomplete = 1, exit_input = 2
    integer, parameter :: most_levels = 10
+   character(len=7), parameter :: commands(5) = [character(len=7) :: 'run', 'check', 'study', 'restart', 'convert']
 
    type :: options_t
       character(len=:), allocatable :: command, input
+      character(len=:), allocatable :: results !< restart: of the run that goes on
+      integer :: from = -1 !< restart: after this increment; negative: the last one
       character(len=:), allocatable :: folder !< prefix of all output files
       logical :: quiet = .false.
       logical :: factor = .false. !< with check: order the equations
@@ -32,13 +35,14 @@ contains
    subroutine read_command_line(options, complaint)
       type(options_t), intent(out) :: options
       character(len=:), allocatable, intent(out) :: complaint
-      character(len=:), allocatable :: of_study, of_run, word
+      character(len=:), allocatable :: of_study, of_run, of_restart, word
       integer :: i
 
       options%command = ''
       options%folder = ''
       of_study = ''
       of_run = ''
+      of_restart = ''
       i = 0
       do while (i < command_argument_count())
          i = i + 1
@@ -64,6 +68,10 @@ contains
             i = i + 1
             of_run = word
             call take_integer(word, argument(i), -most_levels, options%refine, complaint)
+         case ('--from')
+            i = i + 1
+            of_restart = word
+            call take_integer(word, argument(i), 0, options%from, complaint, huge(0))
          case ('--rung')
             i = i + 1
             of_run = word
@@ -85,10 +93,12 @@ contains
          case default
             if (options%command == '') then
                options%command = word
-               if (all(word /= [character(len=7) :: 'run', 'check', 'study', 'convert'])) complaint = "unknown command '"//word &
-                  //"'; expected run, check, study or convert"
+               if (all(word /= commands)) complaint = "unknown command '"//word &
+                  //"'; expected run, check, study, restart or convert"
             else if (index(word, '-') == 1) then
                complaint = "unknown option '"//word//"'"
+            else if (options%command == 'restart' .and. .not. allocated(options%results)) then
+               options%results = word
             else if (.not. allocated(options%input)) then
                options%input = word
             else
@@ -98,7 +108,13 @@ contains
          if (allocated(complaint)) return
       end do
       if (options%command == '') then
-         complaint = 'a command is expected: run, check, study or convert'
+         complaint = 'a command is expected: run, check, study, restart or convert'
+      else if (options%command == 'restart' .and. .not. allocated(options%results)) then
+         complaint = 'the command restart needs the results of a run'
+      else if (options%command == 'restart') then
+         if (of_study//of_run /= '' .or. options%factor) complaint = 'the command restart knows the options --from, -o and -q'
+      else if (of_restart /= '') then
+         complaint = of_restart//' belongs to the command restart'
       else if (.not. allocated(options%input)) then
          complaint = 'the command '//options%command//' needs an input file'
       else if (options%factor .and. options%command /= 'check') then
@@ -110,17 +126,21 @@ contains
       end if
    end subroutine read_command_line
 
-   subroutine take_integer(option, word, least, value, complaint)
+   subroutine take_integer(option, word, least, value, complaint, most)
       character(len=*), intent(in) :: option, word
       integer, intent(in) :: least
       integer, intent(inout) :: value
       character(len=:), allocatable, intent(inout) :: complaint
+      integer, intent(in), optional :: most !< default: most_levels
       character(len=80) :: expected
-      integer :: status
+      integer :: bound, status
       status = 1
+      bound = most_levels
+      if (present(most)) bound = most
       if (word /= '' .and. verify(word, '+-0123456789') == 0) read (word, *, iostat=status) value
-      if (status == 0 .and. value >= least .and. value <= most_levels) return
-      write (expected, '(i0,a,i0)') least, ' to ', most_levels
+      if (status == 0 .and. value >= least .and. value <= bound) return
+      write (expected, '(i0,a,i0)') least, ' to ', bound
+      if (bound == huge(bound)) write (expected, '(a,i0)') 'at least ', least
       complaint = option//' needs a whole number, '//trim(expected)//", found '"//word//"'"
    end subroutine take_integer
 
@@ -165,6 +185,8 @@ contains
          '  finshell check INPUT.nml    read the input, build the model, report its size, solve nothing', &
          '  finshell study INPUT.nml    solve on coarser and finer meshes: errors, costs, and which to take', &
          '  finshell convert DECK.inp    a deck of Abaqus or CalculiX as DECK.nml; says what it does not take', &
+         '  finshell restart RESULTS [INPUT.nml]', &
+         '                              go on with a run that ended or was killed, from its last increment', &
          '  finshell --version', &
          '  finshell --help', &
          '', &
@@ -173,6 +195,7 @@ contains
          '  -q, --quiet                 no progress lines', &
          '  --factor                    check: order the equations too, and say how large the factor of the matrix is', &
          '  --refine N                  run, check: each triangle into four, N times (doc/namelist.md)', &
+         '  --from N                    restart: after increment N (restart = ''every'' in &output keeps them)', &
          '  --accuracy 1%               study: the error that is wanted (default 1 %)', &
          '  --budget SECONDS            study: the time that it may take (default 600)', &
          '  --levels N                  study: the number of meshes (default 4)', &

@@ -2,10 +2,12 @@
 module finshell_reporter
    use, intrinsic :: iso_fortran_env, only: output_unit
    use finshell_kinds, only: wp
-   use finshell_disk, only: lock_t, remove_in_system, take_lock
+   use finshell_checkpoint, only: checkpoint_t
+   use finshell_disk, only: check_replaceable, lock_t, remove_in_system, take_lock
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_error, only: error_t, raise
+   use finshell_gaps, only: count_gaps, gap_t
    use finshell_increment_lines, only: show_event, show_increment, show_snap, show_vibration
    use finshell_factor, only: factor_at
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
@@ -16,23 +18,18 @@ module finshell_reporter
       cell_fields, cell_entries
    use finshell_observer, only: observer_t, record_t
    use finshell_recovery, only: recovery_t, recover
+   use finshell_report_rules, only: has_fields, motion_values
    use finshell_result_fields, only: error_entry, find_field
    use finshell_results, only: results_file_t
    use finshell_stability, only: no_event
    use finshell_state, only: state_t, linear_change_t
    use finshell_status, only: status_io_error
    use finshell_storage, only: storage_t
-   use finshell_step, only: control_frequencies, control_linear, is_mode, leaves_state
+   use finshell_step, only: control_frequencies, control_linear, is_in_time, is_mode, leaves_state, step_t
    use finshell_version, only: version
    implicit none
    private
    public :: reporter_t
-
-   !> How many values of a monitor or field could not be recovered.
-   type :: gap_t
-      character(len=:), allocatable :: name
-      integer :: values = 0
-   end type gap_t
 
    type, extends(observer_t) :: reporter_t
       type(equilibrium_t), pointer :: problem => null()
@@ -66,6 +63,12 @@ module finshell_reporter
       real(wp), allocatable :: final(:)
       logical :: fresh = .true. !< a step begins
       type(name_t), allocatable :: cases(:) !< of loads and supports, whose factors are columns of the history
+      real(wp) :: duration = 0 !< of all steps in time; 0: there are none
+      logical :: at_landings = .false. !< in this step fields are written at the times that it asks for, and at no others
+      integer :: moved = 0 !< increments in time
+      type(checkpoint_t) :: checkpoint
+      integer :: continued = 0 !< the increment after which a run goes on
+      logical :: continues = .false. !< the files of that run
       integer :: mesh = 0 !< number of the present one where there are several (a column of the history)
       type(linear_change_t), allocatable :: change !< of the last linear step
    contains
@@ -75,11 +78,11 @@ module finshell_reporter
       procedure :: begin_step
       procedure :: change_mesh
       procedure, private :: create_files
+      procedure, private :: continue_files
       procedure, private :: create_results
       procedure, private :: find_watches
       procedure, private :: evaluate
       procedure, private :: write_fields
-      procedure, private :: count_gaps
    end type reporter_t
 
 contains
@@ -115,9 +118,15 @@ contains
       end if
       call remove_in_system(base_name//'.vtkhdf~live') ! of a run that was killed
       call remove_in_system(base_name//'.vtkhdf~copy')
-      call self%create_files(input_text, error)
+      if (self%continues) then
+         call self%continue_files(input_text, error)
+      else
+         call self%create_files(input_text, error)
+         if (.not. allocated(error)) call remove_in_system(base_name//'.restart') ! it is of another run
+      end if
       if (.not. allocated(error)) call self%history%publish(base_name//'.history.csv', error)
       if (.not. allocated(error) .and. output%fields) call self%results%publish(error)
+      if (.not. (allocated(error) .or. self%continues)) call self%checkpoint%start(base_name//'.restart', error)
       if (.not. allocated(error)) return
       call self%history%close()
       call self%results%close(ignored)
@@ -134,12 +143,41 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       call check_replaceable(self%base_name//'.history.csv', error)
+      if (.not. allocated(error)) call check_replaceable(self%base_name//'.restart', error)
       if (self%output%fields .and. .not. allocated(error)) call check_replaceable(self%base_name//'.vtkhdf', error)
       if (self%output%fields .and. .not. allocated(error)) call check_replaceable(self%base_name//'.xdmf', error)
       if (allocated(error)) return
-      call self%history%create(self%base_name//'~.history.csv', column_names(self), error)
+      call self%history%create(self%base_name//'~.history.csv', column_names(self), error, self%duration > 0)
       if (.not. allocated(error) .and. self%output%fields) call self%create_results(input_text, error)
    end subroutine create_files
+
+   !> Go on with the files of an earlier run after one of its increments.
+   subroutine continue_files(self, input_text, error)
+      class(reporter_t), intent(inout) :: self
+      character(len=*), intent(in) :: input_text
+      type(error_t), allocatable, intent(out) :: error
+      type(recovery_t) :: recovery
+      type(increment_t) :: row
+      logical :: exists
+      call self%history%open_for_restart(self%base_name//'.history.csv', self%base_name//'~.history.csv', column_names(self), &
+                                         self%continued, error, self%duration > 0)
+      if (allocated(error)) return
+      inquire (file=self%base_name//'.vtkhdf', exist=exists)
+      if (exists .and. self%output%fields) then
+         call self%evaluate(self%problem%state, record_t(negative_pivots=0), .true., row, recovery)
+         call self%results%open_for_restart(self%base_name//'.vtkhdf', self%base_name//'~.vtkhdf', version, input_text, &
+                                            self%problem%structure%mesh%coordinates, self%problem%structure%mesh%triangles, &
+                                            point_fields(self%problem, self%problem%state, self%output), &
+                                            cell_fields(self%output, recovery), column_names(self), self%continued, error, &
+                                            storage_t(self%output%compress, self%output%single, self%duration))
+         self%last_written = self%continued
+      else if (self%output%fields) then
+         call self%create_results(input_text, error)
+      end if
+      ! the record first: whatever happens between these, it has its rows
+      if (.not. allocated(error)) call self%checkpoint%keep(self%base_name//'.restart', self%continued, error)
+      if (.not. allocated(error)) call self%modes%cut(self%base_name//'.modes.csv', self%continued, error)
+   end subroutine continue_files
 
    !> The result file of the present mesh, with the state of the problem, which is unloaded.
    subroutine create_results(self, input_text, error)
@@ -148,13 +186,14 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(recovery_t) :: recovery
       type(increment_t) :: row
-      call self%evaluate(self%problem%state, record_t(negative_pivots=0), .true., row, recovery)
+      call self%evaluate(self%problem%state, record_t(increment=self%continued, load_factor=self%problem%state%load_factor, &
+                                                      negative_pivots=0), .true., row, recovery)
       associate (mesh => self%problem%structure%mesh)
          call self%results%create(self%base_name//'~.vtkhdf', version, input_text, mesh%coordinates, mesh%triangles, &
                                   point_fields(self%problem, self%problem%state, self%output), &
-                                  cell_fields(self%output, recovery), column_names(self), self%output%restart, error, &
+                                  cell_fields(self%output, recovery), column_names(self), error, &
                                   published_as=self%base_name//'.vtkhdf', &
-                                  storage=storage_t(self%output%compress, self%output%single))
+                                  storage=storage_t(self%output%compress, self%output%single, self%duration))
       end associate
       if (.not. allocated(error)) call self%write_fields(self%problem%state, row, recovery, error)
    end subroutine create_results
@@ -199,26 +238,13 @@ contains
       if (.not. allocated(error)) call self%results%publish(error)
    end subroutine change_mesh
 
-   !> An older file may be replaced if it may be written to.
-   subroutine check_replaceable(name, error)
-      character(len=*), intent(in) :: name
-      type(error_t), allocatable, intent(out) :: error
-      character(len=256) :: reason
-      logical :: exists
-      integer :: unit, status
-      inquire (file=name, exist=exists)
-      if (.not. exists) return
-      open (newunit=unit, file=name, status='old', action='readwrite', iostat=status, iomsg=reason)
-      if (status == 0) then
-         close (unit)
-      else
-         call raise(error, status_io_error, name//': cannot be replaced: '//trim(reason))
-      end if
-   end subroutine check_replaceable
-
-   subroutine begin_step(self)
+   subroutine begin_step(self, step, number)
       class(reporter_t), intent(inout) :: self
+      type(step_t), intent(in) :: step
+      integer, intent(in) :: number !< of the step in the input
+      self%checkpoint%step = number
       self%fresh = .true.
+      self%at_landings = is_in_time(step%control) .and. (allocated(step%time%output_times) .or. step%time%output_interval > 0)
    end subroutine begin_step
 
    !> See finshell_observer.
@@ -234,9 +260,7 @@ contains
       logical :: with_fields
       integer :: i
 
-      with_fields = self%output%fields .and. (mod(record%increment, max(1, self%output%every)) == 0 &
-         .or. leaves_state(record%control) &
-         .or. any(abs(self%levels - record%load_factor) <= 1.0e-10_wp*max(1.0_wp, abs(record%load_factor))))
+      with_fields = self%output%fields .and. has_fields(record, self%output%every, self%at_landings, self%levels)
       call self%evaluate(state, record, with_fields, row, recovery, change)
       row%residual = record%residual
       row%correction = record%correction
@@ -244,7 +268,7 @@ contains
       call self%history%append(row, error)
       if (allocated(error)) return
       do i = 1, size(self%watches)
-         call self%count_gaps(self%monitors(i)%name, row%missing(i:i))
+         call count_gaps(self%gaps, self%monitors(i)%name, row%missing(i:i))
       end do
       if (self%fresh .or. .not. is_mode(record%control)) &
          self%final = [(monitor_value(row, i), i=1, size(self%watches)), record%load_factor]
@@ -253,8 +277,8 @@ contains
          'arc-length stands in from here: what the step prescribes turns round  ', &
          'the control of the step takes over again                              ', record%stands_in))
       self%stands_in = record%stands_in
-      if (.not. self%quiet) call show_increment(record, record%increment == 1 .and. self%mesh <= 1, self%monitors, &
-                                                [(monitor_value(row, i), i=1, size(self%watches))])
+      if (.not. self%quiet) call show_increment(record, record%increment == self%continued + 1 .and. self%mesh <= 1, &
+                                                self%monitors, [(monitor_value(row, i), i=1, size(self%watches))], row%motion)
       if (record%control == control_frequencies) then
          if (.not. self%quiet) call show_vibration(record%vibration)
          associate (v => record%vibration)
@@ -276,6 +300,7 @@ contains
             'fibres act where the linear solution stretches them: found in ', record%switched, ' solutions'
       end if
       if (leaves_state(record%control)) self%linear = self%linear + 1
+      if (is_in_time(record%control)) self%moved = self%moved + 1
       if (record%control == control_linear .and. self%estimates) then
          call estimate_error(self%problem, state, indicator, change)
          self%relative_error = indicator%relative
@@ -296,6 +321,8 @@ contains
       self%last = record
       if (present(change)) self%change = change
       if (with_fields) call self%write_fields(state, row, recovery, error, change)
+      if (.not. allocated(error) .and. .not. leaves_state(record%control)) &
+         call self%checkpoint%note(with_fields .or. .not. self%output%fields, is_in_time(record%control), error)
    end subroutine increment
 
    !> Write the fields of the last increment, if they have not been, and close the files.
@@ -318,6 +345,8 @@ contains
       call self%results%close(ignored)
       if (allocated(ignored) .and. .not. allocated(error)) call move_alloc(ignored, error)
       call self%history%close()
+      call self%checkpoint%write(ignored, if_due=.true.)
+      if (allocated(ignored) .and. .not. allocated(error)) call move_alloc(ignored, error)
       call self%lock%release(self%base_name//'.lock')
    end subroutine finish
 
@@ -343,7 +372,8 @@ contains
       row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)
       row%critical_point = record%event + merge(10, 0, record%located)
       allocate (row%monitors(size(self%watches)), row%missing(size(self%watches)))
-      call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change)
+      if (self%duration > 0) row%motion = motion_values(self%problem, state, record)
+      call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change, row%motion)
       if (allocated(self%cases)) then
          row%monitors = [row%monitors, (factor_at(state, self%problem%factor_of_case(1 + i)), i=1, size(self%cases))]
          row%missing = [row%missing, (.false., i=1, size(self%cases))]
@@ -363,29 +393,11 @@ contains
       type(field_t), allocatable :: cells(:)
       integer :: i
       cells = cell_fields(self%output, recovery)
-      if (self%output%restart) then
-         call self%results%append(row, point_fields(self%problem, state, self%output, change), cells, error, state%rotation)
-      else
-         call self%results%append(row, point_fields(self%problem, state, self%output, change), cells, error)
-      end if
+      call self%results%append(row, point_fields(self%problem, state, self%output, change), cells, error)
       if (allocated(error)) return
       self%last_written = row%increment
       do i = 1, size(cells)
-         call self%count_gaps(cells(i)%name, cells(i)%missing)
+         call count_gaps(self%gaps, cells(i)%name, cells(i)%missing)
       end do
    end subroutine write_fields
-
-   !> Keep account of missing values, for the summary.
-   subroutine count_gaps(self, name, missing)
-      class(reporter_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      logical, intent(in) :: missing(:)
-      integer :: i
-      if (.not. any(missing)) return
-      do i = 1, size(self%gaps)
-         if (self%gaps(i)%name == name) exit
-      end do
-      if (i > size(self%gaps)) self%gaps = [self%gaps, gap_t(name)]
-      self%gaps(i)%values = self%gaps(i)%values + count(missing)
-   end subroutine count_gaps
 end module finshell_reporter

@@ -5,7 +5,7 @@ module finshell_rung
    use finshell_input, only: input_t
    use finshell_kinds, only: wp
    use finshell_ladder, only: rung_t
-   use finshell_monitor, only: monitor_t, reduce_max, reduce_min
+   use finshell_monitor, only: monitor_t, reduce_max, reduce_min, restart_none
    use finshell_result_fields, only: find_field
    use finshell_status, only: status_io_error
    use finshell_step, only: control_arc_length, control_buckling, control_frequencies, control_linear, control_load, step_t
@@ -22,6 +22,7 @@ contains
       type(monitor_t) :: monitor
       integer :: k
       input%output%fields = .false.
+      input%output%restart = restart_none
       if (size(input%monitors) > 0) return
       monitor%quantity = find_field('displacement')
       monitor%node_set = 'all'

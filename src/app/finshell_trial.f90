@@ -3,7 +3,7 @@ module finshell_trial
    use finshell_kinds, only: wp
    use finshell_crossed_cells, only: crossed_cells
    use finshell_dynamic_start, only: check_start
-   use finshell_equations, only: equations_t
+   use finshell_equations, only: equations_t, free_part
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_external, only: external_t, new_external
@@ -33,6 +33,7 @@ contains
       do i = 1, size(input%steps)
          call problem%change_case(input%steps(i)%case, error)
          if (.not. allocated(error)) call check_step(input%steps(i), i == 1, problem, error)
+         if (.not. allocated(error)) call check_rest(input%steps(:i), error)
          if (.not. allocated(error)) cycle
          error%message = input%file//':'//text_of(input%step_lines(i))//': &step: '//error%message
          exit
@@ -76,6 +77,20 @@ contains
       call raise(error, status_input_error, control_name(step%control)//" needs a load or a moved support that " &
          //'follows the load factor (one that is not constant, nor zero, nor on held nodes only); there is none')
    end subroutine check_step
+
+   !> Refuse linear solutions and modes about a state in motion.
+   subroutine check_rest(steps, error)
+      type(step_t), intent(in) :: steps(:) !< the last one is checked
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: before
+      associate (control => steps(size(steps))%control)
+         if (.not. leaves_state(control)) return
+         before = findloc(leaves_state(steps%control), .false., dim=1, back=.true.)
+         if (before == 0) return
+         if (is_in_time(steps(before)%control)) call raise(error, status_input_error, control_name(control) &
+            //": the step before is in motion where it ends; a step control = 'load' between them brings it to rest")
+      end associate
+   end subroutine check_rest
 
    !> Whether the load factor moves anything.
    pure logical function something_scales(problem, scaling) result(yes)
@@ -143,7 +158,11 @@ contains
       integer :: i
       text = ''
       if (all(input%steps%control == control_frequencies)) return
-      if (size(input%structure%loads) == 0 .and. .not. any(abs(problem%equations%motion) > 0)) then
+      if (allocated(input%velocity)) then
+         if (.not. any(abs(free_part(problem%equations, input%velocity)) > 0)) &
+            text = input%file//': &initial_velocity: it moves nothing: it is on held nodes only'
+         if (text /= '') return
+      else if (size(input%structure%loads) == 0 .and. .not. any(abs(problem%equations%motion) > 0)) then
          text = input%file//': nothing acts on the structure: there is no &load, and no support is moved'
          return
       end if

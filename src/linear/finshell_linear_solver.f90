@@ -60,7 +60,7 @@ module finshell_linear_solver
       integer, allocatable, private :: order(:)
       class(direct_solver_t), allocatable, private :: first, second !< the second, if there is one, for indefinite matrices
       logical, private :: by_second = .false., second_ready = .false. !< the last factors are its own; it knows the pattern
-      logical, private :: expect_definite = .true., ready = .false.
+      logical :: expect_definite = .true., ready = .false. !< the next matrix is positive definite, as the last; there are factors
    contains
       procedure :: analyse
       procedure :: factorise

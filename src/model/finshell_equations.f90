@@ -16,7 +16,7 @@ module finshell_equations
       support_components, support_clamp, support_hinge, support_symmetry, axes_global, axes_given, axes_cylindrical
    implicit none
    private
-   public :: equations_t, new_equations, motion_at, rotation_at, gather, scatter, largest_turn
+   public :: equations_t, new_equations, motion_at, rotation_at, gather, scatter, free_part, largest_turn
    public :: field_displacement, field_rotation
 
    integer(i1), parameter :: field_displacement = 1_i1, field_rotation = 2_i1
@@ -332,6 +332,16 @@ contains
          end if
       end do
    end subroutine scatter
+
+   !> Nodal vectors (n_nodal, nodes) without their held components.
+   pure function free_part(self, nodal) result(free)
+      type(equations_t), intent(in) :: self
+      real(wp), intent(in) :: nodal(:, :)
+      real(wp) :: free(n_nodal, size(nodal, 2))
+      real(wp) :: x(self%n)
+      call gather(self, nodal, x)
+      call scatter(self, x, free)
+   end function free_part
 
    !> Largest rotation (radian) of a node in a correction x of the unknowns and of a factor.
    pure function largest_turn(self, x, factor_change, scaling) result(angle)

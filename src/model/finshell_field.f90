@@ -9,11 +9,15 @@ module finshell_field
    use finshell_status, only: status_invalid_argument, status_not_a_number
    implicit none
    private
-   public :: field_t, increment_t, name_t, check_field, check_fields, check_increment, has_displacement, layout
-   public :: gaps, monitor_value, with_gaps, without_slash, name_characters
+   public :: field_t, increment_t, name_t, check_field, check_fields, check_increment, layout
+   public :: gaps, monitor_value, with_gaps, without_slash, name_characters, motion_columns
 
    !> What names of fields, monitors and jobs are made of: they are parts of paths in result files, and of their names.
    character(len=*), parameter :: name_characters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-'
+
+   !> Columns of the history in inputs with steps in time.
+   character(len=*), parameter :: motion_columns(11) = [character(len=18) :: 'time', 'kinetic_energy', 'stored_energy', 'work', &
+      'damped', 'momentum_x', 'momentum_y', 'momentum_z', 'angular_momentum_x', 'angular_momentum_y', 'angular_momentum_z']
 
    !> Refuse a list of fields: before a file is created, because of its names, or later, because of its values.
    interface check_fields
@@ -42,6 +46,7 @@ module finshell_field
       real(wp) :: correction = 0
       integer :: snap = 0 !< in the history only: 1 the increment has snapped to another state
       logical, allocatable :: missing(:) !< (monitors) there is no value; unallocated: there are all
+      real(wp), allocatable :: motion(:) !< values of `motion_columns`; unallocated in inputs without steps in time
    end type increment_t
 
    !> A name of its own length, for lists of names.
@@ -99,6 +104,11 @@ contains
          end if
          if (.not. ieee_is_finite(record%monitors(i))) call raise(error, status_not_a_number, 'monitored quantity ' &
             & //monitors(i)%text//' is not finite at increment '//text_of(record%increment)//'; the increment was not written')
+      end do
+      if (.not. allocated(record%motion)) return
+      do i = 1, size(record%motion)
+         if (.not. ieee_is_finite(record%motion(i))) call raise(error, status_not_a_number, trim(motion_columns(i)) &
+            & //' is not finite at increment '//text_of(record%increment)//'; the increment was not written')
       end do
    end subroutine check_increment
 
@@ -173,16 +183,6 @@ contains
       if (.not. allocated(record%missing)) return
       if (record%missing(i)) monitor_value = ieee_value(1.0_wp, ieee_quiet_nan)
    end function monitor_value
-
-   !> Whether the nodal displacements are among the fields.
-   pure logical function has_displacement(fields)
-      type(field_t), intent(in) :: fields(:)
-      integer :: i
-      has_displacement = .false.
-      do i = 1, size(fields)
-         if (fields(i)%name == 'displacement' .and. fields(i)%components == 3) has_displacement = .true.
-      end do
-   end function has_displacement
 
    !> The fields without their values.
    pure function layout(fields) result(names)

@@ -5,11 +5,15 @@ module finshell_monitor
    implicit none
    private
    public :: monitor_t, output_t, wanted_fields
+   public :: restart_all, restart_last, restart_none
    public :: reduce_mean, reduce_sum, reduce_max, reduce_min, reduce_names
 
    !> How the values of several nodes or elements become one.
    integer, parameter :: reduce_mean = 1, reduce_sum = 2, reduce_max = 3, reduce_min = 4
    character(len=*), parameter :: reduce_names = 'mean, sum, max, min'
+
+   !> What is kept for a run that is to go on: nothing; the last increment; all that have fields.
+   integer, parameter :: restart_none = 0, restart_last = 1, restart_all = 2
 
    type :: monitor_t
       character(len=:), allocatable :: name !< column heading
@@ -25,7 +29,7 @@ module finshell_monitor
       logical :: fields = .true. !< write the result file at all
       integer :: every = 1 !< increments from one set of fields to the next; requested load levels are always written
       integer, allocatable :: wanted(:) !< numbers of the fields, rising; unallocated: the default
-      logical :: restart = .false. !< keep what a restart needs
+      integer :: restart = restart_last !< keep what a restart needs
       integer :: compress = 1 !< level of zlib for the result file, 0 to 9
       logical :: single = .false. !< fields of the result file in single precision
    end type output_t

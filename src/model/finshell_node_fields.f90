@@ -8,7 +8,7 @@ module finshell_node_fields
    private
    public :: node_field_t, node_fields, node_results_t, n_node_fields
 
-   integer, parameter :: n_node_fields = 4
+   integer, parameter :: n_node_fields = 7
 
    !> What nodal fields are made of.
    type :: node_results_t
@@ -50,7 +50,13 @@ contains
          field('reaction', 'x, y, z', 'force', .true., reaction, &
                'force that holds the node: what holds it is in balance with the loads'), &
          field('reaction_moment', 'x, y, z', 'force length', .true., reaction_moment, &
-               'moment that holds the node, without the moments of forces about a point')]
+               'moment that holds the node, without the moments of forces about a point'), &
+         field('velocity', 'x, y, z', 'length/time', .false., velocity, &
+               'rate of the displacement in motion; zero at rest'), &
+         field('spin', 'x, y, z', '1/time', .false., spin, &
+               'angular velocity of the director in motion, in radians; zero at rest'), &
+         field('acceleration', 'x, y, z', 'length/time^2', .false., acceleration, &
+               'rate of the velocity in motion; zero at rest')]
    end function node_fields
 
    pure function displacement(results, node) result(values)
@@ -87,6 +93,36 @@ contains
       real(wp) :: values(3)
       values = results%internal_force(rx:rz, node) - results%external_force(rx:rz, node)
    end function reaction_moment
+
+   pure function velocity(results, node) result(values)
+      type(node_results_t), intent(in) :: results
+      integer, intent(in) :: node
+      real(wp) :: values(3)
+      values = 0
+      if (in_motion(results)) values = results%state%velocity(ux:uz, node)
+   end function velocity
+
+   pure function spin(results, node) result(values)
+      type(node_results_t), intent(in) :: results
+      integer, intent(in) :: node
+      real(wp) :: values(3)
+      values = 0
+      if (in_motion(results)) values = results%state%velocity(rx:rz, node)
+   end function spin
+
+   pure function acceleration(results, node) result(values)
+      type(node_results_t), intent(in) :: results
+      integer, intent(in) :: node
+      real(wp) :: values(3)
+      values = 0
+      if (in_motion(results) .and. allocated(results%state%acceleration)) values = results%state%acceleration(ux:uz, node)
+   end function acceleration
+
+   !> Has the state rates? Linear changes have none.
+   pure logical function in_motion(results)
+      type(node_results_t), intent(in) :: results
+      in_motion = allocated(results%state%velocity) .and. .not. associated(results%spin)
+   end function in_motion
 
    !> An entry of the table.
    pure function field(name, components, dimension, adds_up, recover, meaning) result(entry)

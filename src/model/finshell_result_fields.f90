@@ -47,7 +47,15 @@ contains
                whole('energy', 'force length', &
                      'stored in the structure and in foundations'), &
                whole('relative_error', '-', &
-                     'estimated, of the mesh in the energy norm: root of the sum of error^2 over that of the energy')]
+                     'estimated, of the mesh in the energy norm: root of the sum of error^2 over that of the energy'), &
+               whole('time', 'time', &
+                     'spent in steps in time'), &
+               whole('kinetic_energy', 'force length', &
+                     'of the motion; zero at rest'), &
+               whole('momentum', 'force time', &
+                     'of the motion; zero at rest', 'x, y, z'), &
+               whole('angular_momentum', 'force length time', &
+                     'of the motion, about the origin of the axes; zero at rest', 'x, y, z')]
    end function result_fields
 
    !> A number of each element, made of its surroundings.
@@ -60,12 +68,14 @@ contains
    end function around
 
    !> A number of the whole structure.
-   pure function whole(name, dimension, meaning) result(field)
+   pure function whole(name, dimension, meaning, components) result(field)
       character(len=*), intent(in) :: name, dimension, meaning
+      character(len=*), intent(in), optional :: components !< none: a scalar
       type(result_field_t) :: field
       field%name = name
       field%dimension = dimension
       field%meaning = meaning
+      if (present(components)) field%components = components
    end function whole
 
    !> The number of a field, 0: there is none of this name.

@@ -35,12 +35,14 @@ module finshell_path
       real(dp) :: started = -1
       type(record_t) :: last !< the last converged increment
       type(stability_t) :: stability !< of the last equilibrium state
-      integer, private :: case = 1 !< of loads, that the last step changed
-      integer, private :: bifurcations = 0 !< located in this step
-      real(wp), private :: laboured = 0 !< increments that failed at first, the last ones counting most
-      real(wp), private :: largest = 0 !< change of the load factor in an increment of this step
-      real(wp), private :: grip = 0 !< of the control before arc-length stood in for it
-      type(progress_t), private :: progress
+      integer :: case = 1 !< of loads, that the last step changed
+      real(wp) :: laboured = 0 !< increments that failed at first, the last ones counting most
+      real(wp) :: largest = 0 !< change of the load factor in an increment of this step
+      real(wp) :: grip = 0 !< of the control before arc-length stood in for it
+      type(progress_t) :: progress
+      type(targets_t) :: targets !< of the step under way
+      integer :: done = 0 !< its increments
+      logical :: underway = .false., ramping = .false. !< it can go on from here; it is the one that brings in constant loads
    contains
       procedure :: follow
       procedure, private :: bring_in_constants
@@ -58,18 +60,24 @@ contains
    !>
    !> Errors: bad settings; an increment that fails after all cuts (the message has the last load factor and why); too many
    !> increments; what the observer raised. All that converged before has been given to the observer.
-   subroutine follow(self, problem, step, observer, error)
+   subroutine follow(self, problem, step, observer, error, resume)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       class(observer_t), intent(inout) :: observer
       type(error_t), allocatable, intent(out) :: error
+      logical, intent(in), optional :: resume !< the path was under way (finshell_path_memory): it goes on where the problem stands
       type(targets_t) :: targets
+      logical :: again, ramps
 
+      again = .false.
+      if (present(resume)) again = resume
+      ramps = again .and. self%ramping
+      again = again .and. .not. ramps
       if (self%started < 0) call cpu_time(self%started)
       if (allocated(problem%state%velocity)) deallocate (problem%state%velocity, problem%state%acceleration)
       call problem%accept()
-      call self%bring_in_constants(problem, step, observer, error)
+      if (.not. again) call self%bring_in_constants(problem, step, observer, error, ramps)
       if (allocated(error)) return
       if (allocated(step%volumes)) then
          call problem%watch_volume(error, step%element_set)
@@ -79,6 +87,13 @@ contains
          if (allocated(error)) return
       else if (allocated(problem%watched)) then
          deallocate (problem%watched)
+      end if
+      if (again) then
+         targets = self%targets
+         targets%largest_size = abs(step%largest_increment)
+         if (step%smallest_increment > 0) targets%smallest_size = step%smallest_increment
+         call self%advance(problem, step, targets, observer, error, self%done)
+         return
       end if
       call new_targets(targets, step, problem%state%load_factor, monitored(problem, problem%state), error)
       if (allocated(error)) return
@@ -108,15 +123,22 @@ contains
    end subroutine follow
 
    !> Raise the factor of constant loads and supports to 1, under load control, before the first step.
-   subroutine bring_in_constants(self, problem, step, observer, error)
+   subroutine bring_in_constants(self, problem, step, observer, error, resumes)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       class(observer_t), intent(inout) :: observer
       type(error_t), allocatable, intent(out) :: error
+      logical, intent(in) :: resumes !< it was under way
       type(step_t) :: ramp
       type(targets_t) :: targets
 
+      if (resumes) then
+         targets = self%targets
+         call self%advance(problem, constant_ramp(step), targets, observer, error, self%done)
+         call self%history%forget()
+         return
+      end if
       if (.not. problem%has_constants .or. problem%state%constant_factor >= 1) return
       ramp = constant_ramp(step)
       call new_targets(targets, ramp, problem%state%constant_factor, 0.0_wp, error)
@@ -130,13 +152,14 @@ contains
    end subroutine bring_in_constants
 
    !> Increment after increment until the targets are reached.
-   subroutine advance(self, problem, step, targets, observer, error)
+   subroutine advance(self, problem, step, targets, observer, error, before)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(targets_t), intent(inout) :: targets
       class(observer_t), intent(inout) :: observer
       type(error_t), allocatable, intent(out) :: error
+      integer, intent(in), optional :: before !< increments of the step already done
       type(attempt_t) :: attempt
       type(newton_result_t) :: result
       type(stability_t) :: after
@@ -148,6 +171,7 @@ contains
       logical :: no_landing, overshot, turning, ended, crawls, descent_left
       integer :: done, cuts
       done = 0
+      if (present(before)) done = before
       do while (.not. targets%reached())
          complaint = self%progress%complaint(step)
          if (done >= step%maximum_increments) complaint = 'the step is not finished after '//text_of(done) &
@@ -230,8 +254,13 @@ contains
          record%misfit = verdict%misfit
          call self%settle(problem, step, targets, attempt, result, record)
          self%stability = after
-         if (record%located) call leave_path(self, problem, step, record%event, place)
+         if (record%located .and. any(record%event == [bifurcation_point, limit_and_bifurcation])) &
+            call self%pass_bifurcation(problem, step, place%vector)
          done = done + 1
+         self%targets = targets
+         self%done = done
+         self%ramping = step%scaling == by_constant_factor
+         self%underway = .true.
          call observer%increment(problem%state, self%last, error)
          if (allocated(error)) return
       end do
@@ -271,22 +300,6 @@ contains
          self%size = cut_ratio*abs(attempt%size)
       end if
    end subroutine fall_back
-
-   !> At a located bifurcation point: if it is the one where the step asks for it, the next increment goes along the null vector.
-   subroutine leave_path(self, problem, step, event, place)
-      class(path_t), intent(inout) :: self
-      class(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      integer, intent(in) :: event
-      type(location_t), intent(in) :: place
-      if (event /= bifurcation_point .and. event /= limit_and_bifurcation) return
-      self%bifurcations = self%bifurcations + 1
-      if (self%bifurcations /= step%switch_branch) return
-      self%branch = place%vector
-      self%size = abs(step%branch_amplitude)
-      if (.not. self%size > 0) self%size = 0.01_wp*problem%size
-      call self%history%forget()
-   end subroutine leave_path
 
    !> Accept the new state; remember it; choose the next size; fill the record.
    subroutine settle(self, problem, step, targets, attempt, result, record)

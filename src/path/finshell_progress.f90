@@ -11,7 +11,6 @@ module finshell_progress
    public :: progress_t, continues
 
    type :: progress_t
-      private
       real(wp) :: nearest = huge(1.0_wp) !< to the end of the step so far
       integer :: stalled = 0 !< increments since then
       real(wp), allocatable :: origin(:, :) !< displacements where the step began

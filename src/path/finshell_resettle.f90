@@ -21,17 +21,18 @@ contains
    !> Iterate from `state` to equilibrium: at its load factor or, where the step prescribes a displacement or a volume, at
    !> `value` of that. Newton's method as the step asks for it, then plain, then, under load, a descent. Errors: all have failed,
    !> or the step cannot be watched; the problem is then in `state`.
-   subroutine resettle(problem, step, state, value, record, error)
+   subroutine resettle(problem, step, state, value, record, error, levels)
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(state_t), intent(in) :: state !< of the mesh of the problem
       real(wp), intent(in) :: value !< of what is monitored
       type(record_t), intent(out) :: record
       type(error_t), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: levels(2) !< of forces and moments, if there may be none at rest
       type(newton_result_t) :: result
       type(constraint_t) :: constraint
       type(convergence_t) :: settings
-      real(wp), parameter :: levels(2) = 0
+      real(wp) :: least(2)
       real(dp) :: now
       integer :: attempt
 
@@ -50,12 +51,14 @@ contains
       constraint%target = factor_at(state, step%scaling)
       if (constraint%control /= control_load) constraint%target = value
       settings = step%convergence
+      least = 0
+      if (present(levels)) least = levels
       do attempt = 1, 3
          if (attempt > 1) settings%mixed = mixed_never
          if (attempt < 3) then
-            call solve_increment(problem, constraint, settings, levels, result)
+            call solve_increment(problem, constraint, settings, least, result)
          else if (step%descent .and. constraint%control == control_load .and. allocated(problem%weight)) then
-            call descend(problem, constraint%target, settings, levels, huge(1.0_wp), result, step%scaling)
+            call descend(problem, constraint%target, settings, least, huge(1.0_wp), result, step%scaling)
          else
             exit
          end if

@@ -57,11 +57,14 @@ module finshell_tracker
       real(wp), allocatable :: refused(:) !< an increment from here that was not believed
       real(wp), allocatable :: overshoot(:) !< an increment that is to be interpolated
       real(wp) :: overshoot_change = 0
+      integer :: bifurcations = 0 !< located in this step
+      real(wp), allocatable :: course(:) !< what a step in time carries from increment to increment, while it is under way
    contains
       procedure :: plan
       procedure :: try
       procedure :: look_back
       procedure :: keep_increment
+      procedure :: pass_bifurcation
       procedure :: remember
       procedure :: may_start_softly
       procedure :: may_descend
@@ -319,6 +322,20 @@ contains
       call self%history%point(self%tangent%x, rate, arc_norm(self%tangent%x, problem%field, 1.0_wp, self%load_weight), &
                               arc_product(x, self%tangent%x, problem%field) + self%load_weight*change)
    end subroutine remember
+
+   !> At a located bifurcation point: if it is the one where the step asks for it, the next increment goes along the null vector.
+   subroutine pass_bifurcation(self, problem, step, null_vector)
+      class(tracker_t), intent(inout) :: self
+      class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      real(wp), allocatable, intent(in) :: null_vector(:)
+      self%bifurcations = self%bifurcations + 1
+      if (self%bifurcations /= step%switch_branch) return
+      self%branch = null_vector
+      self%size = abs(step%branch_amplitude)
+      if (.not. self%size > 0) self%size = 0.01_wp*problem%size
+      call self%history%forget()
+   end subroutine pass_bifurcation
 
    !> Remember the increment that has just converged, to interpolate in it.
    subroutine keep_increment(self, problem, scaling)

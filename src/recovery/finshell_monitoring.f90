@@ -5,7 +5,7 @@ module finshell_monitoring
    use finshell_discretisation, only: evaluate_gathered, gather_elements, gathered_t
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error_indicator, only: estimate_error, indicator_t
-   use finshell_field, only: field_t
+   use finshell_field, only: field_t, motion_columns
    use finshell_field_batch, only: element_field_t, element_fields, n_element_fields
    use finshell_mesh, only: mesh_t, find_element_set, find_node_set, twice_area_vector
    use finshell_monitor, only: monitor_t, output_t, wanted_fields, reduce_mean, reduce_sum, reduce_max, reduce_min
@@ -18,7 +18,7 @@ module finshell_monitoring
    implicit none
    private
    public :: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, cell_fields, cell_entries, &
-      slack_share
+      slack_share, stored_energy
 
    !> A monitor with its field, its nodes or its elements looked up.
    type :: watch_t
@@ -57,7 +57,7 @@ contains
    end subroutine new_watch
 
    !> One number per watch.
-   recursive subroutine monitored_values(problem, state, watches, values, missing, recovery, change)
+   recursive subroutine monitored_values(problem, state, watches, values, missing, recovery, change, motion)
       type(equilibrium_t), intent(in), target :: problem
       type(state_t), intent(in), target :: state
       type(watch_t), intent(in) :: watches(:)
@@ -65,6 +65,7 @@ contains
       logical, intent(out) :: missing(:) !< (size(watches)) an element has no such value; that of the watch is 0
       type(recovery_t), intent(in), optional :: recovery !< of the elements that the watches need, if there is one already
       type(linear_change_t), intent(in), optional, target :: change !< what is reported, instead of the state
+      real(wp), intent(in), optional :: motion(:) !< values of motion_columns; absent: at rest
       type(recovery_t) :: own
       type(node_results_t) :: results
       type(indicator_t) :: indicator
@@ -75,7 +76,7 @@ contains
       if (.not. present(recovery)) then
          call recover(problem, state, watched_elements(watches, size(problem%structure%mesh%triangles, 2)), &
                       watched_entries(watches), own, change)
-         call monitored_values(problem, state, watches, values, missing, own, change)
+         call monitored_values(problem, state, watches, values, missing, own, change, motion)
          return
       end if
       missing = .false.
@@ -97,6 +98,8 @@ contains
             case default
                if (w%field%name == 'volume') values(i) = changed_volume(problem, state, change)
                if (w%field%name == 'energy') values(i) = changed_energy(problem, state, change)
+               if (w%field%name == 'time') values(i) = state%time
+               if (present(motion)) values(i) = values(i) + moving(w%field%name, w%component, motion)
                if (w%field%name == 'relative_error') then
                   call estimate_error(problem, state, indicator, change)
                   values(i) = indicator%relative
@@ -106,6 +109,22 @@ contains
          end associate
       end do
    end subroutine monitored_values
+
+   !> A quantity of the whole structure in motion, 0 if it is none.
+   pure real(wp) function moving(name, component, motion)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: component
+      real(wp), intent(in) :: motion(:) !< values of motion_columns
+      integer :: first
+      moving = 0
+      select case (name)
+      case ('kinetic_energy'); first = findloc(motion_columns, 'kinetic_energy', dim=1)
+      case ('momentum'); first = findloc(motion_columns, 'momentum_x', dim=1)
+      case ('angular_momentum'); first = findloc(motion_columns, 'angular_momentum_x', dim=1)
+      case default; return
+      end select
+      moving = motion(first + component - 1)
+   end function moving
 
    !> One number out of several.
    pure real(wp) function reduced(values, reduce)

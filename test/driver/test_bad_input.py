@@ -99,6 +99,30 @@ class BadInput(unittest.TestCase):
         self.refuse(monitor("quantity = 'energy_density' reduce = 'median'"), "model.nml:8", "mean, sum, max, min")
         self.refuse(GOOD + "&output fields = 'energy' /\n", "model.nml:8", "energy_density")
 
+    def test_motion(self):
+        good = GOOD.replace("mu = 1.0e6", "mu = 1.0e6 density = 1.0")
+        motion = good + "&step control = 'dynamic' duration = 1.0 /\n"
+        self.refuse(good + "&initial_velocity velocity = 1, 0, 0 /\n", "model.nml:8: &initial_velocity", "no step goes through time", "'dynamic'")
+        self.refuse(motion + "&initial_velocity spin = 0, 0, 0 /\n", "model.nml:9: &initial_velocity", "zero")
+        self.refuse(motion + "&initial_velocity spin = 1, 0 /\n", "model.nml:9: &initial_velocity spin", "3")
+        self.refuse(motion + "&initial_velocity node_set = 'corner' spin = 1, 0, 0 /\n", "model.nml:9", "corner_x0_y0")
+        self.refuse(motion + "&accuracy target = 0.1 /\n", "model.nml:9: &accuracy", "no step goes through time")
+        self.refuse(motion + "&monitor name = 'damped' quantity = 'time' /\n", "model.nml:9: &monitor name", "a column 'damped' of its own")
+        self.refuse(good + "&monitor name = 'snap' quantity = 'time' /\n", "model.nml:8: &monitor name", "a column 'snap' of its own")
+        self.refuse(motion + "&monitor name = 'p' quantity = 'momentum' /\n", "model.nml:9", "component")
+        for control in ("linear", "buckling", "frequencies"):
+            self.refuse(motion + f"&step control = '{control}' /\n", "model.nml:9: &step: " + control, "in motion", "control = 'load'")
+        self.refuse(GOOD + "&step control = 'explicit' duration = 1.0 /\n", "model.nml:8: &step: explicit", "density")
+
+    def test_velocities_of_what_is_held(self):
+        text = GOOD.replace("mu = 1.0e6", "mu = 1.0e6 density = 1.0") + "&step control = 'dynamic' duration = 1.0 /\n"
+        result = self.run_text(text + "&initial_velocity node_set = 'edge_x0' velocity = 1, 2, 3 /\n", "check")
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("&initial_velocity: it moves nothing", result.stderr)
+        no_load = "\n".join(line for line in text.splitlines() if "&load" not in line) + "\n"
+        self.assertIn("nothing acts", self.run_text(no_load, "check").stderr)
+        self.assertEqual(self.run_text(no_load + "&initial_velocity velocity = 0, 0, 3 /\n", "check").stderr, "")
+
     def test_missing_input_file(self):
         result = subprocess.run([PROGRAM, "run", "absent.nml"], cwd=self.folder.name, capture_output=True, text=True, check=False)
         self.assertEqual(result.returncode, 2)

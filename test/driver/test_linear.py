@@ -22,7 +22,7 @@ STRIP = """&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 16, 1 /
 &monitor name = 'w' quantity = 'displacement' node_set = 'edge_x1' component = 'z' /
 &monitor name = 'm' quantity = 'reaction_moment' node_set = 'edge_x0' component = 'y' /
 &monitor name = 'energy' quantity = 'energy' /
-&output fields = 'stress', 'moment', 'rotation', 'reaction' every = 7 restart = T /
+&output fields = 'stress', 'moment', 'rotation', 'reaction' every = 7 /
 """
 CLAMPED = "&support node_set = 'edge_x0' type = 'clamped' /\n"
 

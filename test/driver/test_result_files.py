@@ -24,7 +24,7 @@ MODEL = """&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 8, 1 /
 &monitor name = 'tip' quantity = 'displacement' component = 'z' node_set = 'edge_x1' /
 """
 SHORT, LONG = MODEL.format("0.02"), MODEL.format("2e-6")
-NAMES = ["model.history.csv", "model.vtkhdf", "model.xdmf"]
+NAMES = ["model.history.csv", "model.restart", "model.vtkhdf", "model.xdmf"]
 
 
 class ResultFiles(unittest.TestCase):

@@ -39,8 +39,9 @@ def field_rows(sources):
         found.append((name, components, places[place], dimension, meaning))
     for name, dimension, meaning in re.findall(r"around\('(\w+)', '([^']*)',\s*'([^']*)'", joined(sources["model/finshell_result_fields.f90"])):
         found.append((name, "", "element", dimension, meaning))
-    for name, dimension, meaning in re.findall(r"whole\('(\w+)', '([^']*)',\s*'([^']*)'", joined(sources["model/finshell_result_fields.f90"])):
-        found.append((name, "", "structure", dimension, meaning))
+    for name, dimension, meaning, components in re.findall(r"whole\('(\w+)', '([^']*)',\s*'([^']*)'(?:, '([^']*)')?",
+                                                           joined(sources["model/finshell_result_fields.f90"])):
+        found.append((name, components, "structure", dimension, meaning))
     return ["| " + " | ".join([f"`'{name}'`", ", ".join(f"`'{c.strip()}'`" for c in components.split(",") if c.strip()), *rest]) + " |"
             for name, components, *rest in found]
 
@@ -104,7 +105,7 @@ class Choices(unittest.TestCase):
         self.assertEqual(rows, field_rows(self.sources))
         number = sum(int(re.search(rf"{name} = (\d+)", self.sources[file]).group(1)) for file, name in
                      (("element/finshell_element_fields.f90", "n_element_fields"), ("model/finshell_node_fields.f90", "n_node_fields")))
-        self.assertEqual(len(rows), number + 4)
+        self.assertEqual(len(rows), number + 8)
 
     def test_every_list_is_seen(self):
         count = sum(len(choices(part, self.sources)) for part in PARTS)

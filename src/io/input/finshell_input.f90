@@ -1,10 +1,11 @@
 !> From an input file to a model: the groups of doc/namelist.md, checked, every message with file and line.
 module finshell_input
    use finshell_error, only: error_t, raise, text_of
+   use finshell_kinds, only: wp
    use finshell_field, only: name_characters
    use finshell_status, only: status_input_error
    use finshell_structure, only: structure_t
-   use finshell_step, only: step_t
+   use finshell_step, only: is_in_time, step_t
    use finshell_monitor, only: monitor_t, output_t
    use finshell_support, only: support_t
    use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
@@ -21,6 +22,7 @@ module finshell_input
    use finshell_input_support, only: read_supports, check_supports
    use finshell_factor, only: by_constant_factor
    use finshell_input_case, only: find_cases, name_t
+   use finshell_input_initial_velocity, only: add_initial_velocity
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
@@ -30,7 +32,7 @@ module finshell_input
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node_set, element_set, material, section, support, load, step, monitor, output, accuracy'
+      'job, mesh, node_set, element_set, material, section, support, load, step, initial_velocity, monitor, output, accuracy'
 
    !> All that an input file says.
    type :: input_t
@@ -45,6 +47,7 @@ module finshell_input
       type(step_t), allocatable :: steps(:)
       type(name_t), allocatable :: cases(:) !< of loads and supports
       integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
+      real(wp), allocatable :: velocity(:, :) !< (n_nodal, nodes) and spins at the beginning of the first step in time
       type(monitor_t), allocatable :: monitors(:)
       type(output_t) :: output
       type(accuracy_t), allocatable :: accuracy !< unallocated: the mesh stays as it is
@@ -68,15 +71,16 @@ contains
    end subroutine read_input
 
    !> The same from a text; file_name is used in messages and to find other files.
-   subroutine parse_input(text, file_name, input, error)
+   subroutine parse_input(text, file_name, input, error, levels)
       character(len=*), intent(in) :: text
       character(len=*), intent(in) :: file_name
       type(input_t), intent(out) :: input
       type(error_t), allocatable, intent(out) :: error
+      integer, intent(in), optional :: levels !< as for `read_input`
       type(namelist_t) :: namelist
 
       call parse_namelist(text, file_name, namelist, error)
-      if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error)
+      if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error, levels)
    end subroutine parse_input
 
    !> With a preset that makes the mesh coarser, if the input without `levels` can have such a mesh: its numbers of cells may be
@@ -267,6 +271,11 @@ contains
          end select
          if (allocated(error)) return
       end do
+      do i = 1, size(namelist%groups)
+         if (namelist%groups(i)%name /= 'initial_velocity') cycle
+         call add_initial_velocity(namelist%groups(i), input%structure%mesh, input%steps, input%velocity, error)
+         if (allocated(error)) return
+      end do
       call check_ways(namelist, input%steps, any(input%structure%loads%scaling == by_constant_factor) &
                       .or. any(input%structure%supports%scaling == by_constant_factor), error)
    end subroutine translate_loads_and_steps
@@ -282,7 +291,8 @@ contains
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'monitor') cycle
          n = n + 1
-         call read_monitor(namelist%groups(i), input%structure%mesh, input%structure%sections, input%monitors(n), error)
+         call read_monitor(namelist%groups(i), input%structure%mesh, input%structure%sections, &
+                           any(is_in_time(input%steps%control)), input%monitors(n), error)
          if (allocated(error)) return
          do j = 1, n - 1
             if (input%monitors(j)%name /= input%monitors(n)%name) cycle

@@ -2,8 +2,10 @@
 module finshell_input_output
    use finshell_kinds, only: wp
    use finshell_error, only: error_t
+   use finshell_field, only: motion_columns
    use finshell_mesh, only: mesh_t
-   use finshell_monitor, only: monitor_t, output_t, reduce_mean, reduce_sum, reduce_names
+   use finshell_monitor, only: monitor_t, output_t, reduce_mean, reduce_sum, reduce_names, restart_all, restart_last, &
+      restart_none
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
    use finshell_input_preset, only: preset_t
    use finshell_input_common, only: get_set, get_component, position_of, check_name, kind_node, kind_element
@@ -16,15 +18,16 @@ module finshell_input_output
    character(len=*), parameter :: height_names = 'bottom, middle, top'
    !> Columns of the history that are always there.
    character(len=*), parameter :: own_columns = &
-      ', increment, load_factor, iterations, negative_pivots, critical_point, residual, correction,'
+      ', increment, load_factor, iterations, negative_pivots, critical_point, residual, correction, snap,'
 
 contains
 
    !> &monitor: a column of the history.
-   subroutine read_monitor(group, mesh, sections, monitor, error)
+   subroutine read_monitor(group, mesh, sections, in_time, monitor, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
       type(section_t), intent(in) :: sections(:)
+      logical, intent(in) :: in_time !< the history has the columns of the motion
       type(monitor_t), intent(out) :: monitor
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
@@ -38,7 +41,7 @@ contains
       call get(group, 'quantity', quantity, error, choices=field_list)
       call get(group, 'factor', monitor%factor, error, default=1.0_wp)
       if (allocated(error)) return
-      if (index(own_columns, ', '//monitor%name//',') > 0) then
+      if (index(own_columns, ', '//monitor%name//',') > 0 .or. (in_time .and. any(motion_columns == monitor%name))) then
          call complain_about(group, 'name', "the history has a column '"//monitor%name//"' of its own", error)
          return
       end if
@@ -100,14 +103,14 @@ contains
       type(output_t), intent(out) :: output
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
-      character(len=:), allocatable :: fields(:), field_list, precision
+      character(len=:), allocatable :: fields(:), field_list, precision, restart
       integer :: i
 
       if (allocated(error)) return
       field_list = field_names(only_items=.true.)
       call get_strings(group, 'fields', fields, error, choices=field_list)
       call get(group, 'every', output%every, error, default=output%every, minimum=0)
-      call get(group, 'restart', output%restart, error, default=output%restart)
+      call get(group, 'restart', restart, error, default='last', choices='last, every, none')
       call get(group, 'compress', output%compress, error, default=output%compress, minimum=0, maximum=9)
       call get(group, 'precision', precision, error, default='', choices='double, single')
       call check_all_used(group, error)
@@ -115,6 +118,11 @@ contains
       if (has(group, 'precision')) preset%single = .false.
       output%single = precision == 'single'
       output%fields = output%every > 0
+      select case (restart)
+      case ('every'); output%restart = restart_all
+      case ('none'); output%restart = restart_none
+      case default; output%restart = restart_last
+      end select
       if (size(fields) == 0) return
       table = result_fields()
       output%wanted = pack([(i, i=1, size(table))], [(any(fields == table(i)%name) .or. table(i)%name == 'displacement', &

@@ -3,7 +3,7 @@ module finshell_input_way
    use finshell_kinds, only: wp, dp
    use finshell_error, only: error_t, text_of
    use finshell_step, only: step_t, off_the_way
-   use finshell_step, only: control_load, control_displacement, control_arc_length, control_volume, leaves_state
+   use finshell_step, only: control_load, control_displacement, control_arc_length, control_volume, is_in_time, leaves_state
    use finshell_namelist, only: namelist_t, group_t, has, complain_about
    implicit none
    private
@@ -63,6 +63,10 @@ contains
             levels = [levels, step%final_load_factor]
          end if
       end if
+      if (is_in_time(step%control)) then
+         call pass_time(step, factor)
+         return
+      end if
       at = 0
       if (step%control == control_load) then
          if (allocated(factor)) then
@@ -83,6 +87,18 @@ contains
       if (step%ends_at_load_factor .and. .not. (allocated(step%displacements) .or. allocated(step%volumes))) &
          factor = step%final_load_factor
    end subroutine check_way
+
+   !> The load factor where a step in time ends; `factor` as for `check_way`.
+   pure subroutine pass_time(step, factor)
+      type(step_t), intent(in) :: step
+      real(wp), allocatable, intent(inout) :: factor
+      logical :: from_start
+      from_start = .false.
+      if (allocated(step%time%times)) from_start = step%time%times(1) > step%time%duration
+      if (from_start .and. .not. allocated(factor)) return
+      if (.not. allocated(factor)) factor = 0
+      factor = step%time%factor(step%time%duration, factor)
+   end subroutine pass_time
 
    !> The same for displacements or volumes.
    subroutine check_monitored(group, key, values, prescribed, from_zero, error)

@@ -2,11 +2,13 @@
 module finshell_disk
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_loc, c_long
    use, intrinsic :: iso_c_binding, only: c_null_char, c_null_ptr, c_ptr, c_size_t
-   use finshell_error, only: text_of
+   use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: i8
+   use finshell_status, only: status_io_error
    implicit none
    private
-   public :: lack_of_room, rename_in_system, remove_in_system, copy_in_system, link_in_system, cut_in_system
+   public :: check_replaceable, full_name, lack_of_room
+   public :: rename_in_system, remove_in_system, copy_in_system, link_in_system, cut_in_system
    public :: write_failures_return, set_environment
    public :: length_in_system, lock_t, take_lock
 
@@ -68,6 +70,13 @@ module finshell_disk
          import :: c_ptr
          type(c_ptr) :: place
       end function c_errno
+
+      function c_getcwd(buffer, size) bind(c, name='getcwd') result(place)
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: buffer
+         integer(c_size_t), value :: size
+         type(c_ptr) :: place
+      end function c_getcwd
 
       function c_getpid() bind(c, name='getpid') result(pid)
          import :: c_int
@@ -157,6 +166,39 @@ module finshell_disk
    end interface
 
 contains
+
+   !> An older file may be replaced if it may be written to.
+   subroutine check_replaceable(name, error)
+      character(len=*), intent(in) :: name
+      type(error_t), allocatable, intent(out) :: error
+      character(len=256) :: reason
+      logical :: exists
+      integer :: unit, status
+      inquire (file=name, exist=exists)
+      if (.not. exists) return
+      open (newunit=unit, file=name, status='old', action='readwrite', iostat=status, iomsg=reason)
+      if (status == 0) then
+         close (unit)
+      else
+         call raise(error, status_io_error, name//': cannot be replaced: '//trim(reason))
+      end if
+   end subroutine check_replaceable
+
+   !> A file name with its folders from the root on; as it is where the system does not say where we are.
+   function full_name(name) result(full)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: full
+      integer, parameter :: longest = 4096
+      character(kind=c_char), target :: buffer(longest)
+      integer :: i
+      full = name
+      if (index(name, '/') == 1) return
+      if (.not. c_associated(c_getcwd(c_loc(buffer), int(longest, c_size_t)))) return
+      full = '/'//name
+      do i = findloc(buffer, c_null_char, dim=1) - 1, 1, -1
+         full = buffer(i)//full
+      end do
+   end function full_name
 
    !> Rename a file, replacing another one of the new name; false when it cannot be done.
    logical function rename_in_system(old, new)

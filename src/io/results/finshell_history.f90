@@ -1,16 +1,16 @@
 !> The history file NAME.history.csv: one row per converged increment, values in full precision, flushed at once.
 !>
-!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point,residual,correction,snap. Names are
-!> quoted where CSV needs it.
+!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point,residual,correction,snap, and of inputs
+!> with steps in time motion_columns (finshell_field). Names are quoted where CSV needs it.
 module finshell_history
    use finshell_disk, only: cut_in_system, length_in_system, rename_in_system
    use finshell_error, only: error_t, raise, text_of
-   use finshell_field, only: check_increment, increment_t, monitor_value, name_t
+   use finshell_field, only: check_increment, increment_t, monitor_value, motion_columns, name_t
    use finshell_kinds, only: i8, wp
-   use finshell_status, only: status_io_error
+   use finshell_status, only: status_invalid_argument, status_io_error
    implicit none
    private
-   public :: history_file_t
+   public :: history_file_t, read_lines
 
    type :: history_file_t
       private
@@ -18,6 +18,7 @@ module finshell_history
       integer(i8) :: length = 0 !< bytes of the rows that are complete
       character(len=:), allocatable :: name
       type(name_t), allocatable :: monitors(:)
+      logical :: in_time = .false. !< with the columns of the motion
    contains
       procedure :: create
       procedure :: publish
@@ -31,13 +32,16 @@ module finshell_history
 contains
 
    !> Create the file, replacing an existing one, and write the header.
-   subroutine create(self, name, monitors, error)
+   subroutine create(self, name, monitors, error, in_time)
       class(history_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name
       type(name_t), intent(in) :: monitors(:)
       type(error_t), allocatable, intent(out) :: error
+      logical, intent(in), optional :: in_time !< with the columns of the motion
       call self%open_unit(name, monitors, error)
-      if (.not. allocated(error)) call self%put(header(monitors), error)
+      self%in_time = .false.
+      if (present(in_time)) self%in_time = in_time
+      if (.not. allocated(error)) call self%put(header(monitors, self%in_time), error)
    end subroutine create
 
    !> Rename the file, replacing another one of that name.
@@ -52,31 +56,40 @@ contains
       end if
    end subroutine publish
 
-   !> Continue an existing file after increment `last`; later rows, and a row that was cut off, are dropped.
-   subroutine open_for_restart(self, name, monitors, last, error)
+   !> Continue an existing file after increment `last`; later rows, and a row that was cut off, are dropped. What stays goes to a
+   !> new file, for `publish`.
+   subroutine open_for_restart(self, name, new_name, monitors, last, error, in_time)
       class(history_file_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: name, new_name
       type(name_t), intent(in) :: monitors(:)
       integer, intent(in) :: last
       type(error_t), allocatable, intent(out) :: error
+      logical, intent(in), optional :: in_time !< with the columns of the motion
       type(name_t), allocatable :: lines(:)
-      integer :: i, increment, status
+      character(len=:), allocatable :: head
+      integer :: i, increment, reached, status
+      head = header(monitors, .false.)
+      if (present(in_time)) head = header(monitors, in_time)
       call read_lines(name, lines, error)
       if (allocated(error)) return
       if (size(lines) == 0) then
          call raise(error, status_io_error, name//': cannot restart: the history file is empty')
-      else if (lines(1)%text /= header(monitors)) then
+      else if (lines(1)%text /= head) then
          call raise(error, status_io_error, name//': cannot restart: the history file has the columns '//lines(1)%text &
-            & //', expected '//header(monitors))
+            & //', expected '//head)
       else
-         call self%create(name, monitors, error)
+         call self%create(new_name, monitors, error, in_time)
       end if
+      reached = 0
       do i = 2, merge(0, size(lines), allocated(error))
          read (lines(i)%text, *, iostat=status) increment
-         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 7 + size(monitors)) &
-            & call self%put(lines(i)%text, error)
+         if (status /= 0 .or. increment > last .or. count_commas(lines(i)%text) /= columns(self)) cycle
+         call self%put(lines(i)%text, error)
+         reached = increment
          if (allocated(error)) exit
       end do
+      if (.not. allocated(error) .and. reached < last) call raise(error, status_io_error, name//': cannot restart: the history ' &
+         & //'ends with increment '//text_of(reached)//', expected is '//text_of(last))
    end subroutine open_for_restart
 
    !> Append one row. A row that is not finite is refused, but for what it declares missing: this is written as NaN.
@@ -87,6 +100,8 @@ contains
       character(len=:), allocatable :: row
       integer :: i
       call check_increment(record, self%monitors, error)
+      if (.not. allocated(error) .and. self%in_time .and. .not. allocated(record%motion)) call raise(error, &
+         & status_invalid_argument, self%name//': increment '//text_of(record%increment)//' has no values of the motion')
       if (allocated(error)) return
       row = text_of(record%increment)//','//exact(record%load_factor)//','//text_of(record%iterations)//',' &
          & //text_of(record%negative_pivots)
@@ -95,6 +110,9 @@ contains
       end do
       row = row//','//text_of(record%critical_point)//','//text_of(record%residual)//','//text_of(record%correction) &
          //','//text_of(record%snap)
+      do i = 1, merge(size(motion_columns), 0, self%in_time)
+         row = row//','//exact(record%motion(i))
+      end do
       call self%put(row, error)
    end subroutine append
 
@@ -151,8 +169,15 @@ contains
       text = trim(adjustl(buffer))
    end function exact
 
-   function header(monitors) result(line)
+   !> Commas of a row without quotes.
+   pure integer function columns(self)
+      type(history_file_t), intent(in) :: self
+      columns = 7 + size(self%monitors) + merge(size(motion_columns), 0, self%in_time)
+   end function columns
+
+   function header(monitors, in_time) result(line)
       type(name_t), intent(in) :: monitors(:)
+      logical, intent(in) :: in_time
       character(len=:), allocatable :: line
       integer :: i
       line = 'increment,load_factor,iterations,negative_pivots'
@@ -160,6 +185,9 @@ contains
          line = line//','//quoted(monitors(i)%text)
       end do
       line = line//',critical_point,residual,correction,snap'
+      do i = 1, merge(size(motion_columns), 0, in_time)
+         line = line//','//trim(motion_columns(i))
+      end do
    end function header
 
    !> A name as CSV wants it: in quotes, doubled inside, when it holds a comma, a quote or a blank at its ends.

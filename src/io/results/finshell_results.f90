@@ -2,13 +2,14 @@
 !>
 !> The mesh is written once, in reference coordinates; every converged increment appends one step of each field and is
 !> flushed, so that a killed run leaves a readable file. Readers count steps by the attribute NSteps, which is written last.
-!> The time of a step is its increment number, because VTK wants rising times and a load factor may fall; the load factor
-!> is field data. An XDMF file of the same base name describes the same datasets to readers that do not know VTKHDF. Use:
+!> VTK wants rising times. Where nothing moves in time (storage_t%duration 0) the time of a step is its increment number, as a load
+!> factor may fall; elsewhere it is that of the state, and states of the same time follow each other closely (`same_time`). Load
+!> factor and, in the latter case, time are field data. An XDMF file of the same base name describes the same datasets to readers
+!> that do not know VTKHDF. Use:
 !> `create` or `open_for_restart`, then `append` for every increment, then `close`; others may read the file meanwhile.
 module finshell_results
-   use finshell_error, only: error_t, raise
-   use finshell_field, only: check_field, check_fields, check_increment, field_t, gaps, has_displacement, increment_t, layout, &
-      & monitor_value, name_t, with_gaps, without_slash
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_field, only: check_fields, check_increment, field_t, gaps, increment_t, layout, name_t, with_gaps
    use finshell_hdf5, only: hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_single, hdf5_table_t
    use finshell_kinds, only: i8, wp
    use finshell_record_tables, only: attach_table, record_tables_t
@@ -33,26 +34,28 @@ module finshell_results
       character(len=:), allocatable :: name
       integer :: nodes = 0, elements = 0
       integer(i8) :: steps = 0, lines = 0
-      logical :: restartable = .false.
       type(storage_t) :: storage
       type(field_t), allocatable :: point_layout(:), cell_layout(:) !< names and components
       type(series_t), allocatable :: points(:), cells(:)
-      type(series_t) :: load_factor !< as field data of VTKHDF
+      type(series_t) :: load_factor, time !< as field data of VTKHDF
+      real(wp) :: instant = 0 !< time of the last step
       type(name_t), allocatable :: monitors(:)
-      type(hdf5_table_t) :: times, same(size(same_lists)), quaternions, log
+      type(hdf5_table_t) :: times, same(size(same_lists)), log
       type(record_tables_t) :: history
    contains
       procedure :: create, open_for_restart, publish, append, log_line
       procedure :: close => close_results
-      procedure, private :: attach, write_step, step_size
+      procedure, private :: attach, write_step, step_size, next_instant
    end type results_file_t
+
+   !> Distance of steps of the same time, as a part of the duration of the input.
+   real(wp), parameter :: same_time = 1.0e-9_wp
 
 contains
 
-   !> Create NAME.vtkhdf and NAME.xdmf for a file name NAME.vtkhdf, replacing existing ones. A restartable file also keeps the nodal
-   !> rotations, and needs the point field 'displacement'.
-   subroutine create(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, monitors, &
-      & restartable, error, published_as, storage)
+   !> Create NAME.vtkhdf and NAME.xdmf for a file name NAME.vtkhdf, replacing existing ones.
+   subroutine create(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, monitors, error, &
+      & published_as, storage)
       class(results_file_t), intent(inout) :: self
       character(len=*), intent(in) :: file_name
       character(len=*), intent(in) :: version !< of finshell
@@ -61,14 +64,11 @@ contains
       integer, intent(in) :: triangles(:, :) !< (3, elements)
       type(field_t), intent(in) :: point_fields(:), cell_fields(:) !< names and components of what `append` will receive
       type(name_t), intent(in) :: monitors(:)
-      logical, intent(in) :: restartable
       type(error_t), allocatable, intent(out) :: error
       character(len=*), optional, intent(in) :: published_as !< the name the file will have after `publish`, if another one
       type(storage_t), optional, intent(in) :: storage
       call check_fields(point_fields, 'point field', error)
       if (.not. allocated(error)) call check_fields(cell_fields, 'cell field', error)
-      if (.not. allocated(error) .and. restartable .and. .not. has_displacement(point_fields)) &
-         & call raise(error, status_invalid_argument, file_name//': a restart needs the point field displacement with 3 components')
       if (.not. allocated(error)) call self%close(error)
       if (allocated(error)) return
       self%name = file_name
@@ -83,10 +83,9 @@ contains
       call write_mesh(self%file, coordinates, triangles, error)
       if (.not. allocated(error)) call self%file%make_group('/finshell', error)
       if (.not. allocated(error)) call self%file%set_text('/finshell', 'version', version, error)
-      if (.not. allocated(error)) call self%file%set_integers('/finshell', 'restartable', [merge(1_i8, 0_i8, restartable)], error)
       if (.not. allocated(error)) call self%file%write_text('/finshell/input', input_text, error)
       if (.not. allocated(error)) call self%file%make_group('/finshell/history', error)
-      if (.not. allocated(error)) call self%attach(.true., point_fields, cell_fields, monitors, restartable, error)
+      if (.not. allocated(error)) call self%attach(.true., point_fields, cell_fields, monitors, error)
       if (.not. allocated(error)) call self%file%flush(error)
       if (.not. allocated(error)) call self%xdmf%create(xdmf_name(file_name), self%name, self%nodes, self%elements, error)
    end subroutine create
@@ -99,52 +98,43 @@ contains
       if (.not. allocated(error)) call self%xdmf%publish(xdmf_name(self%name), error)
    end subroutine publish
 
-   !> Continue a restartable file of the same mesh, fields and monitors after its last complete step, which is returned with
-   !> displacement (3, nodes) and rotation quaternions (4, nodes). Arguments otherwise as for `create`.
-   !> They are copied to a new file that replaces the old one: a run that was killed while it wrote can leave traces of a further
+   !> Continue a file of the same mesh, fields and monitors after increment `last`; arguments otherwise as for `create`. What is to
+   !> stay is copied to a new file, for `publish`: a run that was killed while it wrote can leave traces of a further
    !> step, which can be ignored but not safely overwritten.
-   subroutine open_for_restart(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, &
-      & monitors, last, displacement, quaternions, error, storage)
+   subroutine open_for_restart(self, file_name, new_name, version, input_text, coordinates, triangles, point_fields, cell_fields, &
+      & monitors, last, error, storage)
       class(results_file_t), intent(inout) :: self
-      character(len=*), intent(in) :: file_name, version, input_text
+      character(len=*), intent(in) :: file_name, new_name, version, input_text
       real(wp), intent(in) :: coordinates(:, :)
       integer, intent(in) :: triangles(:, :)
       type(field_t), intent(in) :: point_fields(:), cell_fields(:)
       type(name_t), intent(in) :: monitors(:)
-      type(increment_t), intent(out) :: last
-      real(wp), contiguous, intent(out) :: displacement(:, :), quaternions(:, :)
+      integer, intent(in) :: last
       type(error_t), allocatable, intent(out) :: error
       type(storage_t), optional, intent(in) :: storage
       type(results_file_t) :: old
       type(error_t), allocatable :: ignored
-      integer(i8) :: restartable
       old%name = file_name
       old%nodes = size(coordinates, 2)
       old%elements = size(triangles, 2)
+      if (present(storage)) old%storage = storage
       call old%file%open(file_name, error)
       if (allocated(error)) return
-      call old%file%get_integer('/finshell', 'restartable', restartable, error)
-      if (.not. allocated(error)) call old%file%get_integer('/VTKHDF/Steps', 'NSteps', old%steps, error)
-      if (.not. allocated(error) .and. restartable == 0) call raise(error, status_io_error, &
-         & file_name//': cannot restart: the file was written without the data for a restart')
-      if (.not. allocated(error) .and. old%steps == 0) call raise(error, status_io_error, &
-         & file_name//': cannot restart: the file holds no complete step')
+      call old%file%get_integer('/VTKHDF/Steps', 'NSteps', old%steps, error)
       if (.not. allocated(error)) call compare_mesh(old%file, file_name, coordinates, triangles, error)
-      if (.not. allocated(error)) call old%attach(.false., point_fields, cell_fields, monitors, .true., error)
-      if (.not. allocated(error)) call self%create(file_name//'.restart', version, input_text, coordinates, triangles, &
-         & point_fields, cell_fields, monitors, .true., error, published_as=file_name, storage=storage)
-      if (.not. allocated(error)) call copy_steps(old, self, point_fields, cell_fields, last, displacement, quaternions, error)
+      if (.not. allocated(error)) call old%attach(.false., point_fields, cell_fields, monitors, error)
+      if (.not. allocated(error)) call self%create(new_name, version, input_text, coordinates, triangles, &
+         & point_fields, cell_fields, monitors, error, published_as=file_name, storage=storage)
+      if (.not. allocated(error)) call copy_steps(old, self, point_fields, cell_fields, last, error)
       call old%close(ignored)
-      if (.not. allocated(error)) call self%publish(error)
    end subroutine open_for_restart
 
-   !> Append the complete steps of a file to a new one; returns the state of the last of them.
-   subroutine copy_steps(old, new, point_fields, cell_fields, last, displacement, quaternions, error)
+   !> Append the complete steps of a file up to an increment to a new one.
+   subroutine copy_steps(old, new, point_fields, cell_fields, last, error)
       type(results_file_t), intent(in) :: old
       type(results_file_t), intent(inout) :: new
       type(field_t), intent(in) :: point_fields(:), cell_fields(:)
-      type(increment_t), intent(out) :: last
-      real(wp), contiguous, intent(out) :: displacement(:, :), quaternions(:, :)
+      integer, intent(in) :: last
       type(error_t), allocatable, intent(out) :: error
       type(increment_t), allocatable :: records(:)
       type(field_t), allocatable :: points(:), cells(:)
@@ -154,24 +144,21 @@ contains
       points = point_fields
       cells = cell_fields
       call old%history%read_all(old%steps, records, error)
+      if (.not. allocated(error) .and. old%storage%duration > 0) call get_times()
       do step = 0, old%lines - 1
          if (.not. allocated(error)) call old%log%get_line(step, line, error)
          if (.not. allocated(error)) call new%log_line(line, error)
       end do
       do step = 0, old%steps - 1
+         if (allocated(error)) return
+         if (records(step + 1)%increment > last) exit
          do i = 1, size(points)
             call get_step(old%points(i), old%nodes, points(i))
          end do
          do i = 1, size(cells)
             call get_step(old%cells(i), old%elements, cells(i))
          end do
-         if (.not. allocated(error)) call old%quaternions%get_reals(step*old%nodes, quaternions, error)
-         if (.not. allocated(error)) call new%append(records(step + 1), points, cells, error, quaternions)
-         if (allocated(error)) return
-      end do
-      last = records(old%steps)
-      do i = 1, size(points)
-         if (points(i)%name == 'displacement') displacement(:, :) = points(i)%values
+         if (.not. allocated(error)) call new%append(records(step + 1), points, cells, error)
       end do
    contains
       subroutine get_step(series, items, field)
@@ -182,20 +169,27 @@ contains
          if (.not. allocated(error)) call series%values%get_reals(step*items, field%values, error)
          field%missing = gaps(field%values)
       end subroutine get_step
+
+      subroutine get_times()
+         real(wp) :: times(1, old%steps)
+         integer :: k
+         call old%time%values%get_reals(0_i8, times, error)
+         do k = 1, merge(size(records), 0, .not. allocated(error))
+            records(k)%motion = times(:, k)
+         end do
+      end subroutine get_times
    end subroutine copy_steps
 
    !> Append one converged increment: fields in the order of `create`, with values. Nothing is written if anything is wrong.
-   subroutine append(self, record, point_fields, cell_fields, error, quaternions)
+   subroutine append(self, record, point_fields, cell_fields, error)
       class(results_file_t), intent(inout) :: self
       type(increment_t), intent(in) :: record
       type(field_t), intent(in) :: point_fields(:), cell_fields(:)
       type(error_t), allocatable, intent(out) :: error
-      real(wp), optional, intent(in) :: quaternions(:, :) !< (4, nodes), in a restartable file
-      type(field_t) :: rotations
       if (.not. self%file%is_open()) then
          call raise(error, status_invalid_argument, 'results cannot be appended: the result file is not open')
-      else if (self%restartable .and. .not. present(quaternions)) then
-         call raise(error, status_invalid_argument, self%name//': the rotations are missing, which a restart needs')
+      else if (self%storage%duration > 0 .and. .not. allocated(record%motion)) then
+         call raise(error, status_invalid_argument, self%name//': increment '//text_of(record%increment)//' has no time')
       end if
       if (.not. allocated(error)) call check_increment(record, self%monitors, error)
       if (.not. allocated(error)) call check_fields(point_fields, self%point_layout, self%nodes, 'node', record%increment, error)
@@ -203,20 +197,28 @@ contains
          & record%increment, error)
       if (.not. allocated(error)) call check_range(point_fields, self%points%bytes, record%increment, error)
       if (.not. allocated(error)) call check_range(cell_fields, self%cells%bytes, record%increment, error)
-      if (.not. allocated(error) .and. self%restartable) then
-         rotations = field_t('rotation quaternion', 4, quaternions)
-         call check_field(rotations, 4, self%nodes, 'node', record%increment, error)
-      end if
       if (.not. allocated(error)) call self%file%begin_writing(self%step_size(), index_splits(self%steps), error)
-      if (.not. allocated(error)) call self%write_step(record, point_fields, cell_fields, rotations, error)
+      if (.not. allocated(error)) call self%write_step(record, point_fields, cell_fields, error)
       if (.not. allocated(error)) call self%file%flush(error) ! the data first: what a reader finds is complete
       if (.not. allocated(error)) call self%file%set_integers('/VTKHDF/Steps', 'NSteps', [self%steps + 1], error)
       if (.not. allocated(error)) call self%file%flush(error)
       call self%file%end_writing()
       if (allocated(error)) return
+      self%instant = self%next_instant(record)
       self%steps = self%steps + 1
-      call self%xdmf%append(int(self%steps) - 1, record, point_fields, cell_fields, self%points%bytes, self%cells%bytes, error)
+      call self%xdmf%append(int(self%steps) - 1, record, self%instant, point_fields, cell_fields, self%points%bytes, &
+                            self%cells%bytes, error)
    end subroutine append
+
+   !> The time of the next step of the file.
+   pure real(wp) function next_instant(self, record)
+      class(results_file_t), intent(in) :: self
+      type(increment_t), intent(in) :: record
+      next_instant = record%increment
+      if (.not. self%storage%duration > 0) return
+      next_instant = record%motion(1)
+      if (self%steps > 0) next_instant = max(next_instant, self%instant + same_time*self%storage%duration)
+   end function next_instant
 
    !> Append a line to the solver log in the file; it reaches the disk with the next increment.
    subroutine log_line(self, line, error)
@@ -238,24 +240,22 @@ contains
          deallocate (self%points, self%cells)
       end if
       call close_series(self%load_factor)
+      call close_series(self%time)
       call self%same%close()
       call self%history%close()
       call self%times%close()
-      call self%quaternions%close()
       call self%log%close()
       call self%file%close(error)
    end subroutine close_results
 
    !> Create the tables that grow, or open those of an existing file, which must hold all complete steps.
-   subroutine attach(self, fresh, point_fields, cell_fields, monitors, restartable, error)
+   subroutine attach(self, fresh, point_fields, cell_fields, monitors, error)
       class(results_file_t), intent(inout) :: self
       logical, intent(in) :: fresh
       type(field_t), intent(in) :: point_fields(:), cell_fields(:)
       type(name_t), intent(in) :: monitors(:)
-      logical, intent(in) :: restartable
       type(error_t), allocatable, intent(out) :: error
       integer :: i
-      self%restartable = restartable
       self%monitors = monitors
       self%point_layout = layout(point_fields)
       self%cell_layout = layout(cell_fields)
@@ -265,16 +265,16 @@ contains
          call grow(self%same(i), '/VTKHDF/Steps/'//trim(same_lists(i)), hdf5_integer, 1, rank=same_ranks(i))
       end do
       do i = 1, size(point_fields)
-         self%points(i)%bytes = self%storage%bytes(point_fields(i)%name, restartable)
+         self%points(i)%bytes = self%storage%bytes()
          call grow_series(self%points(i), 'PointData', point_fields(i), self%nodes)
       end do
       do i = 1, size(cell_fields)
-         self%cells(i)%bytes = self%storage%bytes(cell_fields(i)%name, restartable)
+         self%cells(i)%bytes = self%storage%bytes()
          call grow_series(self%cells(i), 'CellData', cell_fields(i), self%elements)
       end do
       call grow_series(self%load_factor, 'FieldData', field_t('load_factor', 1), 1)
+      if (self%storage%duration > 0) call grow_series(self%time, 'FieldData', field_t('time', 1), 1)
       call self%history%attach(self%file, self%name, monitors, fresh, self%steps, error)
-      if (restartable) call grow(self%quaternions, '/finshell/quaternions', hdf5_real, 4, items=self%nodes)
       self%lines = 0
       if (.not. allocated(error)) then
          if (fresh) then
@@ -303,10 +303,10 @@ contains
       end subroutine grow_series
    end subroutine attach
 
-   subroutine write_step(self, record, point_fields, cell_fields, rotations, error)
+   subroutine write_step(self, record, point_fields, cell_fields, error)
       class(results_file_t), intent(inout) :: self
       type(increment_t), intent(in) :: record
-      type(field_t), intent(in) :: point_fields(:), cell_fields(:), rotations
+      type(field_t), intent(in) :: point_fields(:), cell_fields(:)
       type(error_t), allocatable, intent(out) :: error
       integer :: i
       do i = 1, size(point_fields)
@@ -316,9 +316,8 @@ contains
          call put_series(self%cells(i), self%elements, with_gaps(cell_fields(i)%values, cell_fields(i)%missing))
       end do
       call put_series(self%load_factor, 1, reshape([record%load_factor], [1, 1]))
-      if (self%restartable .and. .not. allocated(error)) &
-         & call self%quaternions%put_reals(self%steps*self%nodes, rotations%values, error)
-      if (.not. allocated(error)) call self%times%put_reals(self%steps, reshape([real(record%increment, wp)], [1, 1]), error)
+      if (self%storage%duration > 0) call put_series(self%time, 1, reshape(record%motion(1:1), [1, 1]))
+      if (.not. allocated(error)) call self%times%put_reals(self%steps, reshape([self%next_instant(record)], [1, 1]), error)
       do i = 1, size(same_lists)
          call put_integer(self%same(i), same_values(i))
       end do
@@ -346,7 +345,6 @@ contains
       step_size = 32*overhead + sum(int(self%point_layout%components, i8))*self%nodes*bytes &
          & + sum(int(self%cell_layout%components, i8))*self%elements*bytes &
          & + overhead*(2*(size(self%points) + size(self%cells)) + size(self%monitors))
-      if (self%restartable) step_size = step_size + 4_i8*self%nodes*bytes
    end function step_size
 
    impure elemental subroutine close_series(series)

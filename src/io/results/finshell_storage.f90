@@ -11,8 +11,10 @@ module finshell_storage
 
    type :: storage_t
       integer :: compress = 1 !< level of zlib, 0 (none) to 9
-      !> Fields in single precision. The mesh, histories and what a restart needs are in double precision in any case.
+      !> Fields in single precision. The mesh and histories are in double precision in any case.
       logical :: single = .false.
+      !> Of all steps in time of the input, if there are some: then the time of a step of the file is that of its state.
+      real(wp) :: duration = 0
    contains
       procedure :: bytes => bytes_of_field
    end type storage_t
@@ -20,11 +22,9 @@ module finshell_storage
 contains
 
    !> Bytes of a number of a field.
-   pure integer function bytes_of_field(self, name, restartable) result(bytes)
+   pure integer function bytes_of_field(self) result(bytes)
       class(storage_t), intent(in) :: self
-      character(len=*), intent(in) :: name
-      logical, intent(in) :: restartable !< the run can be continued from the displacement in the file
-      bytes = merge(4, 8, self%single .and. .not. (restartable .and. name == 'displacement'))
+      bytes = merge(4, 8, self%single)
    end function bytes_of_field
 
    !> Values that single precision cannot hold would become infinite.

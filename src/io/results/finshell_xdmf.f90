@@ -5,7 +5,7 @@ module finshell_xdmf
    use finshell_disk, only: cut_in_system, length_in_system, rename_in_system
    use finshell_error, only: error_t, raise, text_of
    use finshell_field, only: field_t, increment_t
-   use finshell_kinds, only: i8
+   use finshell_kinds, only: i8, wp
    use finshell_status, only: status_io_error
    implicit none
    private
@@ -67,17 +67,18 @@ contains
    end subroutine publish
 
    !> Describe step `step` (counted from 0) of the VTKHDF file.
-   subroutine append(self, step, record, point_fields, cell_fields, point_bytes, cell_bytes, error)
+   subroutine append(self, step, record, time, point_fields, cell_fields, point_bytes, cell_bytes, error)
       class(xdmf_file_t), intent(inout) :: self
       integer, intent(in) :: step
       type(increment_t), intent(in) :: record
+      real(wp), intent(in) :: time !< of the step
       type(field_t), intent(in) :: point_fields(:), cell_fields(:)
       integer, intent(in) :: point_bytes(:), cell_bytes(:) !< of a number of each field
       type(error_t), allocatable, intent(out) :: error
       character(len=:), allocatable :: text
       integer :: i
       text = '   <Grid Name="increment '//text_of(record%increment)//'">'//nl &
-         & //'    <Time Value="'//text_of(record%increment)//'"/>'//nl &
+         & //'    <Time Value="'//time_text(time)//'"/>'//nl &
          & //'    <Information Name="load_factor" Value="'//text_of(record%load_factor)//'"/>'//nl &
          & //'    <Topology TopologyType="Triangle" NumberOfElements="'//text_of(self%elements)//'">'//nl &
          & //'     <DataItem Format="HDF" NumberType="Int" Precision="8" Dimensions="'//text_of(self%elements)//' 3">' &
@@ -182,6 +183,19 @@ contains
          end select
       end do
    end function escaped
+
+   !> A time, as a number of increments where it is one.
+   pure function time_text(time) result(text)
+      real(wp), intent(in) :: time
+      character(len=:), allocatable :: text
+      character(len=32) :: buffer
+      if (time >= 0 .and. time < 1.0e9_wp .and. .not. abs(time - anint(time)) > 0) then
+         text = text_of(nint(time))
+      else
+         write (buffer, '(es25.16e3)') time
+         text = trim(adjustl(buffer))
+      end if
+   end function time_text
 
    !> A large integer as text.
    pure function big(i) result(text)
