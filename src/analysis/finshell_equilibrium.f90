@@ -18,7 +18,7 @@ module finshell_equilibrium
    use finshell_state, only: state_t, new_state, move_state, motion_between
    use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, rotation_at
    use finshell_external, only: external_t, new_external
-   use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, exchange_factors, factor_at, &
+   use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, &
       number_of_factors, set_factor, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
@@ -56,7 +56,7 @@ module finshell_equilibrium
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
       logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`
       integer :: assemblies = 0, force_evaluations = 0
-      !> Factor of each case (finshell_factor), the first being that without a name: see `change_case`.
+      !> Factor of each case (finshell_factor), the first being that without a name: see finshell_load_case.
       integer, allocatable :: factor_of_case(:)
       type(assembly_t) :: assembly
       type(inertia_t), allocatable :: inertia !< of steps in time
@@ -70,9 +70,6 @@ module finshell_equilibrium
    contains
       procedure :: evaluate
       procedure :: evaluate_toward
-      procedure :: case_of_steps
-      procedure :: arrange
-      procedure :: change_case
       procedure :: factorise
       procedure :: solve
       procedure :: move
@@ -246,45 +243,6 @@ contains
       self%force_level = levels(1)
       self%moment_level = levels(2)
    end subroutine evaluate_toward
-
-   !> The case whose factor is the load factor.
-   pure integer function case_of_steps(self)
-      class(equilibrium_t), intent(in) :: self
-      case_of_steps = findloc(self%factor_of_case, by_load_factor, dim=1)
-   end function case_of_steps
-
-   !> Make a case the one whose factor is the load factor: its loads and supports change places with those of the first case, which
-   !> is at its place before. Forces are as they were.
-   subroutine arrange(self, case)
-      class(equilibrium_t), intent(inout) :: self
-      integer, intent(in) :: case !< 1: that without a name
-      call exchange_with(self%case_of_steps())
-      call exchange_with(case)
-
-   contains
-
-      subroutine exchange_with(which)
-         integer, intent(in) :: which
-         integer :: other
-         other = maxval(self%factor_of_case([1, which]))
-         if (which == 1 .or. which > size(self%factor_of_case)) return
-         self%factor_of_case([1, which]) = self%factor_of_case([which, 1])
-         call self%external%exchange(other)
-         self%equations%motion(:, :, [by_load_factor, other]) = self%equations%motion(:, :, [other, by_load_factor])
-         call exchange_factors(self%state, other)
-      end subroutine exchange_with
-   end subroutine arrange
-
-   !> The same, with the forces.
-   subroutine change_case(self, case, error)
-      class(equilibrium_t), intent(inout) :: self
-      integer, intent(in) :: case
-      type(error_t), allocatable, intent(out) :: error
-      if (case == self%case_of_steps()) return
-      call self%arrange(case)
-      call self%evaluate(.false., error)
-      call self%accept()
-   end subroutine change_case
 
    subroutine keep_base(self)
       class(equilibrium_t), intent(inout) :: self

@@ -4,6 +4,7 @@ module finshell_checkpoint
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise
    use finshell_kinds, only: i8, wp
+   use finshell_load_case, only: arrange_cases, case_of_steps
    use finshell_memo, only: memo_t
    use finshell_monitor, only: restart_all, restart_none
    use finshell_path, only: path_t
@@ -151,9 +152,9 @@ contains
       integer, intent(inout) :: step
       integer :: case
       call memo%carry(step)
-      case = problem%case_of_steps()
+      case = case_of_steps(problem)
       call memo%carry(case)
-      if (memo%reading .and. memo%whole) call problem%arrange(case)
+      if (memo%reading .and. memo%whole) call arrange_cases(problem, case)
       call carry_state(memo, problem%state)
       call carry_path(memo, path, problem)
       call memo%carry(problem%solver%expect_definite)

@@ -9,6 +9,7 @@ module finshell_job
    use finshell_frequencies, only: solve_frequencies
    use finshell_kinds, only: wp
    use finshell_linear_step, only: solve_linear
+   use finshell_load_case, only: change_case
    use finshell_observer, only: record_t
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
@@ -39,7 +40,7 @@ contains
       if (present(from)) begin = from
       do i = begin, size(steps)
          call reporter%begin_step(steps(i), i)
-         call problem%change_case(steps(i)%case, error)
+         call change_case(problem, steps(i)%case, error)
          if (allocated(error)) return
          if (i == first .and. present(velocity) .and. .not. allocated(path%course)) &
             problem%state%velocity = free_part(problem%equations, velocity)

@@ -11,6 +11,7 @@ module finshell_trial
    use finshell_frequencies, only: check_vibration
    use finshell_input, only: input_t
    use finshell_load, only: load_t, load_nodal, load_edge
+   use finshell_load_case, only: change_case
    use finshell_mass_assembly, only: check_masses
    use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
    use finshell_status, only: status_input_error
@@ -31,14 +32,14 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer :: i
       do i = 1, size(input%steps)
-         call problem%change_case(input%steps(i)%case, error)
+         call change_case(problem, input%steps(i)%case, error)
          if (.not. allocated(error)) call check_step(input%steps(i), i == 1, problem, error)
          if (.not. allocated(error)) call check_rest(input%steps(:i), error)
          if (.not. allocated(error)) cycle
          error%message = input%file//':'//text_of(input%step_lines(i))//': &step: '//error%message
          exit
       end do
-      if (.not. allocated(error)) call problem%change_case(1, error)
+      if (.not. allocated(error)) call change_case(problem, 1, error)
       if (allocated(problem%watched)) deallocate (problem%watched)
       if (allocated(problem%watched_volume)) deallocate (problem%watched_volume)
    end subroutine check_steps

@@ -60,6 +60,23 @@ CHAMBER = """&job name = 'r' /
 &monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'centre' /
 """
 
+CASES = """&job name = 'r' /
+&mesh generator = 'disk' radius = 10.0 rings = 6 portion = 'quarter' /
+&material name = 'm' law = 'neo_hookean' mu = 1.0 /
+&section thickness = 0.2 /
+&support node_set = 'rim' type = 'hinged' /
+&support node_set = 'edge_x0' type = 'symmetry_x' /
+&support node_set = 'edge_y0' type = 'symmetry_y' /
+&support node_set = 'centre' uz = -1.0 case = 'stamp' /
+&load type = 'pressure' pressure = 0.02 case = 'air' /
+&load type = 'traction' vector = 0, 0, -0.01 /
+&step case = 'air' /
+&step case = 'stamp' /
+&step /
+&step case = 'air' load_factor = 0.5 /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'centre' /
+"""
+
 
 class Restart(unittest.TestCase):
     def setUp(self):
@@ -95,7 +112,7 @@ class Restart(unittest.TestCase):
             np.testing.assert_array_equal(found, expected)
 
     def test_every_increment(self):
-        for text in (MIXED, SNAPPING, CHAMBER):
+        for text in (MIXED, SNAPPING, CHAMBER, CASES):
             with self.subTest(text=text):
                 output = "&output restart = 'every' /\n"
                 self.solve(text + output, "whole", "-q")
