@@ -8,7 +8,7 @@ module finshell_input_accuracy
    use finshell_monitor, only: monitor_t, reduce_mean
    use finshell_namelist, only: check_all_used, complain_about, get, group_t, has
    use finshell_result_fields, only: find_field
-   use finshell_step, only: control_linear, is_mode, step_t
+   use finshell_step, only: control_linear, is_in_time, is_mode, step_t
    use finshell_structure, only: structure_t
    implicit none
    private
@@ -86,6 +86,8 @@ contains
       integer :: i
       if (any(is_mode(steps%control))) then
          call complain_about(group, '', 'modes have no estimate of their error; finshell study refines their meshes', error)
+      else if (any(is_in_time(steps%control))) then
+         call complain_about(group, '', 'steps in time do not go on from mesh to mesh; finshell study refines their meshes', error)
       else if (any(steps%control == control_linear) .and. .not. all(steps%control == control_linear)) then
          call complain_about(group, '', 'either all steps are linear or none is expected', error)
       else if (any([(monitors(i)%name == 'mesh', i=1, size(monitors))])) then
