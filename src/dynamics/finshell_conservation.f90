@@ -1,9 +1,9 @@
 !> What the trapezoidal rule needs to conserve momenta and energy: a projection of the velocities after each increment.
 !>
-!> The rule goes along chords, d = h (v_n + v_{n+1})/2, with the mean of the forces at both ends. That keeps the momentum. It changes
-!> the angular momentum by the moment of the mean of the internal forces about the middle of the chords, which is not zero, and the
-!> kinetic energy by d times the mean, which is not what the stored energy loses. Both errors are of the third order in h, and they
-!> grow in long motions of stiff bodies. Velocities change by
+!> The rule goes along chords, d = h (v_n + v_{n+1})/2, with the mean of the forces at both ends. That keeps the momentum. It
+!> changes the angular momentum by the moment of the mean of the internal forces about the middle of the chords, which is not zero,
+!> and the kinetic energy by d times the mean, which is not what the stored energy loses. Both errors are of the third order in h,
+!> and they grow in long motions of stiff bodies. Velocities change by
 !>
 !>     z alpha,  z: rigid motions that the supports leave free; alpha such that their momenta have changed by the impulse of loads
 !>               and damping alone, taken at the middle of the chords;

@@ -31,6 +31,7 @@ module finshell_dynamic
       type(newmark_t) :: method
       type(pace_t) :: pace
       real(wp) :: time = 0, duration = 0 !< since the step began; of the step
+      real(wp) :: begun = 0 !< when it did
       real(wp) :: at_start = 0 !< load factor that the step has found
       real(wp), allocatable :: auxiliary(:, :) !< (n_nodal, nodes) finshell_newmark
       real(wp), allocatable :: damping(:, :) !< (n_nodal, nodes) forces of damping
@@ -65,6 +66,7 @@ contains
       call path%history%forget()
       path%tangent%known = .false.
       course%duration = step%time%duration
+      course%begun = problem%state%time
       course%at_start = problem%state%load_factor
       call begin_dynamic(problem, step, error)
       if (.not. allocated(error)) call begin(course, problem, step, error)
@@ -217,13 +219,13 @@ contains
       associate (inertia => problem%inertia, state => problem%state)
          state%velocity = inertia%velocity
          state%acceleration = inertia%acceleration
-         state%time = state%time + h
+         state%time = self%begun + self%time
          state%increment = state%increment + 1
          call self%method%advance(problem%base, state%acceleration, self%auxiliary)
          self%motion%work = self%motion%work + balance%work
          self%motion%damped = self%motion%damped &
             + 0.5_wp*sum(motion_between(problem%base, state)*(self%damping + inertia%damping))
-         if (self%conserves) call conserve(self, problem, h)
+         if (self%conserves) call conserve(self, problem, h, balance%known)
          nodal = inertia%mass*state%velocity
          self%motion%time = state%time
          self%motion%kinetic_energy = kinetic_energy(state, nodal)
@@ -238,12 +240,14 @@ contains
    end subroutine settle
 
    !> Project the velocities onto what is conserved.
-   subroutine conserve(self, problem, h)
-      type(course_t), intent(in) :: self
+   subroutine conserve(self, problem, h, known)
+      type(course_t), intent(inout) :: self
       class(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: h
+      logical, intent(in) :: known !< whether the work is; if not, the energy is what it comes to
       type(rigid_t) :: rigid
       real(wp), allocatable :: x(:, :, :)
+      real(wp) :: excess
       associate (inertia => problem%inertia, state => problem%state, base => problem%base, equations => problem%equations, &
                  reference => problem%structure%mesh%coordinates)
          allocate (x(3, size(reference, 2), 3))
@@ -253,8 +257,13 @@ contains
          call new_rigid(rigid, equations, inertia%mass, turning_nodes(problem%structure), x(:, :, 2))
          call keep_momenta(rigid, equations, inertia%mass, x, base%velocity, 0.5_wp*h*(self%load + load_of(problem)), &
                            state%velocity)
-         call keep_energy(rigid, equations, inertia%mass, x(:, :, 3), self%energy + self%motion%work - self%motion%damped &
-            - problem%entry%energy - kinetic_energy(state, inertia%mass*state%velocity), state%velocity)
+         excess = kinetic_energy(state, inertia%mass*state%velocity) + problem%entry%energy &
+                  - self%energy - self%motion%work + self%motion%damped
+         if (known) then
+            call keep_energy(rigid, equations, inertia%mass, x(:, :, 3), -excess, state%velocity)
+         else
+            self%energy = self%energy + excess
+         end if
       end associate
    end subroutine conserve
 

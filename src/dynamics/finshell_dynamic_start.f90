@@ -89,8 +89,8 @@ contains
       end associate
    end subroutine check_start
 
-   !> A first increment: a part of the period that Rayleigh's quotient gives of the acceleration or, without one, of the velocity; and
-   !> no more than turns or stretches a side of an element a little.
+   !> A first increment: a part of the period that Rayleigh's quotient gives of the acceleration or, without one, of the velocity;
+   !> and no more than turns or stretches a side of an element a little.
    subroutine first_size(problem, step, size, error)
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step

@@ -22,6 +22,8 @@ module finshell_newmark
       procedure :: advance
    end type newmark_t
 
+   real(wp), parameter :: sixth = 1/6.0_wp
+
 contains
 
    !> The method of second order with the given radius, the one with the least damping of slow vibrations.
@@ -33,7 +35,7 @@ contains
       self%gamma = 0.5_wp - self%am + self%af
       self%beta = 0.25_wp*(1 - self%am + self%af)**2
       ! a_n is vdot at the time t_n + (am - af) h, to the second order
-      self%error_constant = abs(0.5_wp*(self%am - self%af) + self%beta - 1.0_wp/6)
+      self%error_constant = abs(0.5_wp*(self%am - self%af) + self%beta - sixth)
    end function new_newmark
 
    !> The rates of `inertia` for an increment.

@@ -1,7 +1,7 @@
 !> How long the increments of time are: as the estimated error allows, and so that they end where something is to be landed on.
 !>
-!> The error of an increment is that of its displacements, c h^2 |vdot_{n+1} - vdot_n| with the constant c of the scheme (Zienkiewicz
-!> and Xie 1991), in the norm of the masses; it is measured by h V, how far the structure moves in an increment where it is
+!> The error of an increment is that of its displacements, c h^2 |vdot_{n+1} - vdot_n| with the constant c of the scheme (Xie
+!> and Zienkiewicz 1991), in the norm of the masses; it is measured by h V, how far the structure moves in an increment where it is
 !> fast. V is the largest norm of the velocities of late: it fades slowly, so that turning points are not taken for rest.
 module finshell_pace
    use finshell_kinds, only: wp

@@ -31,7 +31,7 @@ contains
             rates(1) = (plan%factors(i) - before)/length
             if (.not. plan%smooth) return
             part = (time - since)/length
-            rates = rates(1)*[6*part*(1 - part), 6*(1 - 2*part)/length]
+            rates = 3*rates(1)*[2*part*(1 - part), (2 - 4*part)/length]
             return
          end if
          before = plan%factors(i)
