@@ -51,7 +51,8 @@ module finshell_leapfrog
       real(wp) :: ripple = 0
    end type sums_t
 
-   integer, parameter :: at_work_before = 1, at_work_after = 2, at_damping = 3, at_kinetic = 4, at_kept = 5, n_sums = at_kept
+   integer, parameter :: at_work_before = 1, at_work_after = 2, at_damping = 3, at_kinetic = 4, at_kept = 5
+   integer, parameter :: n_sums = at_kept
 
    !> Nodes of a block: partial sums are those of blocks, whatever the threads.
    integer, parameter :: block_size = 256
