@@ -26,8 +26,8 @@ module finshell_leapfrog
       real(wp), allocatable :: drive(:, :) !< (n_nodal, moved) prescribed, half an increment back
       real(wp) :: before = 0 !< the increment before
       real(wp) :: damping = 0 !< times the masses, 1/time
-      !> Where the last increment began: kinetic energy of the velocities before and after (what the scheme keeps, see `sums_t`), and
-      !> work of loads and moved supports.
+      !> Where the last increment began: kinetic energy of the velocities before and after it (what the scheme keeps, see
+      !> `sums_t`), and work of loads and moved supports.
       real(wp) :: kinetic = 0, work = 0
       real(wp), private :: work_after = 0, damped_after = 0 ! up to its middle
       real(wp), allocatable, private :: inverse(:, :) ! (n_nodal, nodes) of the masses, 0 where held
