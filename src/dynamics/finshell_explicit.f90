@@ -282,7 +282,8 @@ contains
       real(wp), intent(in) :: time
       type(error_t), allocatable, intent(inout) :: error
       real(wp) :: available
-      available = self%energy + self%leapfrog%work
+      if (self%done < 2) return ! velocities of one side
+      available = self%energy - self%ripple + self%leapfrog%work
       self%most = max(self%most, available)
       if (self%leapfrog%kinetic - available > too_much*self%most + self%noise) call refuse(self, step, time, error)
    end subroutine check_growth

@@ -26,12 +26,14 @@ module finshell_leapfrog
       real(wp), allocatable :: drive(:, :) !< (n_nodal, moved) prescribed, half an increment back
       real(wp) :: before = 0 !< the increment before
       real(wp) :: damping = 0 !< times the masses, 1/time
-      real(wp) :: kinetic = 0, work = 0 !< kinetic energy, and work of loads and moved supports, where the last increment began
+      !> Where the last increment began: kinetic energy of the velocities before and after it (what the scheme keeps, see
+      !> `sums_t`), and work of loads and moved supports.
+      real(wp) :: kinetic = 0, work = 0
       real(wp), private :: work_after = 0, damped_after = 0 ! up to its middle
       real(wp), allocatable, private :: inverse(:, :) ! (n_nodal, nodes) of the masses, 0 where held
       integer, allocatable, private :: framed(:) ! nodes with axes of their own and something held
       real(wp), allocatable, private :: free(:, :, :, :) ! (3, 3, displacement or rotation, framed) projections on what is free
-      real(wp), allocatable, private :: sums(:, :) ! (4, blocks)
+      real(wp), allocatable, private :: sums(:, :) ! (n_sums, blocks)
    contains
       procedure :: advance
       procedure :: whole
@@ -49,7 +51,8 @@ module finshell_leapfrog
       real(wp) :: ripple = 0
    end type sums_t
 
-   integer, parameter :: at_work_before = 1, at_work_after = 2, at_damping = 3, at_kinetic = 4
+   integer, parameter :: at_work_before = 1, at_work_after = 2, at_damping = 3, at_kinetic = 4, at_kept = 5
+   integer, parameter :: n_sums = at_kept
 
    !> Nodes of a block: partial sums are those of blocks, whatever the threads.
    integer, parameter :: block_size = 256
@@ -92,7 +95,7 @@ contains
          end associate
       end do
       allocate (self%drive(n_nodal, size(equations%moved)), source=0.0_wp)
-      allocate (self%sums(4, (size(mass, 2) + block_size - 1)/block_size))
+      allocate (self%sums(n_sums, (size(mass, 2) + block_size - 1)/block_size))
    end subroutine new_leapfrog
 
    !> Nodal vectors without what supports hold.
@@ -134,7 +137,7 @@ contains
       real(wp), intent(in) :: drive(:, :) !< (n_nodal, moved) prescribed velocities and spins of the increment
       real(wp), intent(in) :: turned(:, :) !< (4, moved) quaternions at its end where all rotations are prescribed
       integer, intent(in) :: threads
-      real(wp) :: rotations(4, size(equations%moved)), driven(4)
+      real(wp) :: rotations(4, size(equations%moved)), driven(n_sums)
       integer :: b, i
 
       driven = 0
@@ -161,7 +164,7 @@ contains
          end associate
       end do
       driven = driven + sum(self%sums, dim=2)
-      self%kinetic = driven(at_kinetic)
+      self%kinetic = driven(at_kept)
       self%work = self%work_after + driven(at_work_before)
       self%work_after = self%work + driven(at_work_after)
       self%damped_after = self%damped_after + driven(at_damping)*(self%before + after)
@@ -187,7 +190,7 @@ contains
       type(leapfrog_t), intent(in) :: self
       integer, intent(in) :: i, node
       real(wp), intent(in) :: internal(n_nodal), after, next(n_nodal)
-      real(wp) :: sums(4), force(n_nodal), mean(n_nodal)
+      real(wp) :: sums(n_sums), force(n_nodal), mean(n_nodal)
       associate (mass => self%mass(:, node), last => self%drive(:, i))
          mean = (after*last + self%before*next)/(self%before + after)
          force = internal + mass*((next - last)/(0.5_wp*(self%before + after)) + self%damping*mean)
@@ -195,6 +198,7 @@ contains
          sums(at_work_after) = 0.5_wp*after*dot_product(force, next)
          sums(at_damping) = 0.5_wp*self%damping*sum(mass*mean**2)
          sums(at_kinetic) = 0.5_wp*sum(mass*mean**2)
+         sums(at_kept) = 0.5_wp*sum(mass*last*next)
       end associate
    end function sums_of_driven
 
@@ -217,7 +221,7 @@ contains
       real(wp), intent(in) :: before, after, damping
       real(wp), intent(in), contiguous :: internal(:, :), external(:, :), mass(:, :), inverse(:, :)
       real(wp), intent(inout), contiguous :: velocity(:, :), displacement(:, :), rotation(:, :)
-      real(wp), intent(out) :: sums(4)
+      real(wp), intent(out) :: sums(n_sums)
       real(wp) :: a(n_nodal), v(n_nodal), next(n_nodal), to_whole, from_whole
       integer :: i
       to_whole = 1/(1 + 0.5_wp*damping*before)
@@ -230,11 +234,13 @@ contains
          sums(at_work_before) = sums(at_work_before) + sum(external(:, i)*velocity(:, i))
          sums(at_work_after) = sums(at_work_after) + sum(external(:, i)*next)
          sums(at_kinetic) = sums(at_kinetic) + sum(mass(:, i)*v**2)
+         sums(at_kept) = sums(at_kept) + sum(mass(:, i)*velocity(:, i)*next)
          velocity(:, i) = next
          displacement(:, i) = displacement(:, i) + after*next(ux:uz)
          call turn(rotation(:, i), (0.5_wp*after)*next(rx:rz))
       end do
       sums(at_kinetic) = 0.5_wp*sums(at_kinetic)
+      sums(at_kept) = 0.5_wp*sums(at_kept)
       sums(at_damping) = damping*sums(at_kinetic)
       sums(at_work_before) = 0.5_wp*before*sums(at_work_before)
       sums(at_work_after) = 0.5_wp*after*sums(at_work_after)
@@ -266,7 +272,7 @@ contains
       real(wp), intent(in), contiguous :: internal(:, :), external(:, :) !< (n_nodal, nodes)
       real(wp), intent(in) :: drive(:, :) !< (n_nodal, moved) prescribed velocities and spins of the next increment
       type(sums_t), intent(out) :: sums
-      real(wp) :: a(n_nodal), driven(4), load
+      real(wp) :: a(n_nodal), driven(n_sums), load
       integer :: i
       state%acceleration = external - internal
       do i = 1, size(self%framed)

@@ -35,14 +35,12 @@ class Explicit(unittest.TestCase):
     def test_rest_release_and_settling(self):
         """An equilibrium stays where it is; without its load it swings to the other side; a static step takes it up again."""
         static = "&step tolerance = 'tight' /\n"
+        rows, _ = self.run_it(PLATE + static)
+        still = rows[-1]["w"]
+        self.assertGreater(still, 0.05)
         rows, _ = self.run_it(PLATE + static + "&step control = 'explicit' duration = 0.2 history_rows = 10 /\n" + static)
-        w = [row["w"] for row in rows]
-        self.assertGreater(w[0], 0)
-        moved = [row for row in rows if row["iterations"] > 20]
-        self.assertGreaterEqual(len(moved), 9)
-        still = rows[-2]["w"]
-        self.assertAlmostEqual(rows[-1]["w"], still, delta=1e-6 * still)
-        for row in moved:
+        self.assertGreater(len(rows), 10)
+        for row in rows[-11:]:
             self.assertAlmostEqual(row["w"], still, delta=1e-6 * still)
 
         rows, _ = self.run_it(PLATE + static + "&step control = 'explicit' duration = 0.4 load_factor = 0.0 /\n&step load_factor = 1.0 tolerance = 'tight' /\n")
@@ -69,7 +67,7 @@ class Explicit(unittest.TestCase):
         self.assertLess(len(rows), 30)
         _, printed = self.run_it(PLATE + "&step control = 'explicit' duration = 1.0 maximum_increments = 50 /\n", code=1)
         self.assertIn("not finished after 50 increments", printed)
-        _, printed = self.run_it(PLATE.replace(" density = 1.0", "") + "&step control = 'explicit' duration = 1.0 /\n", code=1)
+        _, printed = self.run_it(PLATE.replace(" density = 1.0", "") + "&step control = 'explicit' duration = 1.0 /\n", code=2)
         self.assertIn("density", printed)
 
 
