@@ -8,8 +8,8 @@ module finshell_input_difference
    private
    public :: compare_inputs
 
-   character(len=*), parameter :: fixed(*) = [character(len=16) :: 'mesh', 'node_set', 'element_set', 'material', 'section', &
-      'support', 'load', 'step', 'initial_velocity']
+   !> Groups that are free, and keys of &step; all others are those of the run.
+   character(len=*), parameter :: free_groups = ', job, monitor, output, accuracy,'
    character(len=*), parameter :: free_of_step = ', tolerance, residual_tolerance, correction_tolerance, maximum_iterations, ' &
       //'mixed, rotation_limit, largest_increment, smallest_increment, maximum_increments, maximum_cuts, growth, ' &
       //'wanted_iterations, extrapolate, tangent_predictor, switch_control, descent, cautious, snap, patience, ' &
@@ -29,9 +29,14 @@ contains
       if (allocated(error)) return
       if (preset_of(old) /= preset_of(new)) call complain_about(new%groups(1), '', "in &job accuracy = '"//preset_of(new) &
          //"' was found, the run had '"//preset_of(old)//"'", error)
-      do k = 1, size(fixed)
+      if (allocated(error)) return
+      do k = 1, size(new%groups)
+         call compare_groups(old, new, new%groups(k)%name, steps, error)
          if (allocated(error)) return
-         call compare_groups(old, new, trim(fixed(k)), steps, error)
+      end do
+      do k = 1, size(old%groups)
+         call compare_groups(old, new, old%groups(k)%name, steps, error)
+         if (allocated(error)) return
       end do
    end subroutine compare_inputs
 
@@ -42,6 +47,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       character(len=*), parameter :: refusal = '; a run goes on with the model and the steps that it has begun with'
       integer :: i, before, expected, found
+      if (index(free_groups, ', '//name//',') > 0) return
       expected = count_groups(old, name)
       found = count_groups(new, name)
       if (name == 'step') expected = min(expected, steps)
