@@ -10,6 +10,7 @@ module finshell_dynamic
    use finshell_inertia, only: free_part
    use finshell_conservation, only: keep_energy, keep_momenta, new_rigid, rigid_t
    use finshell_kinds, only: wp, dp
+   use finshell_memo, only: memo_t
    use finshell_momentum, only: angular_momentum, kinetic_energy, momentum
    use finshell_balance, only: balance_t
    use finshell_newmark, only: newmark_t, new_newmark
@@ -17,7 +18,7 @@ module finshell_dynamic
    use finshell_observer, only: motion_t, observer_t, record_t
    use finshell_pace, only: landing_size, pace_t
    use finshell_path, only: path_t
-   use finshell_state, only: motion_between
+   use finshell_state, only: motion_between, state_t
    use finshell_structure, only: turning_nodes
    use finshell_status, only: status_not_converged
    use finshell_step, only: control_dynamic, scheme_conserving, step_t
@@ -42,6 +43,8 @@ module finshell_dynamic
       integer :: increments = 0
       logical :: flies = .false. !< nothing holds a displacement: the mean velocity says nothing about the size of increments
       type(motion_t) :: motion !< works since the step began
+      !> (3, nodes) and quaternions (4, nodes) when the step began, where damping goes by them
+      real(wp), allocatable :: first_displacement(:, :), first_rotation(:, :)
    end type course_t
 
 contains
@@ -66,11 +69,18 @@ contains
       call path%history%forget()
       path%tangent%known = .false.
       course%duration = step%time%duration
-      course%begun = problem%state%time
-      course%at_start = problem%state%load_factor
-      call begin_dynamic(problem, step, error)
-      if (.not. allocated(error)) call begin(course, problem, step, error)
+      if (allocated(path%course)) then
+         call resume(course, problem, step, path, error)
+      else
+         course%begun = problem%state%time
+         course%at_start = problem%state%load_factor
+         if (step%stiffness_damping > 0) course%first_displacement = problem%state%displacement
+         if (step%stiffness_damping > 0) course%first_rotation = problem%state%rotation
+         call begin_dynamic(problem, step, error)
+         if (.not. allocated(error)) call begin(course, problem, step, error)
+      end if
       if (.not. allocated(error)) call follow(course, problem, step, path, observer, error)
+      if (.not. allocated(error) .and. allocated(path%course)) deallocate (path%course)
       problem%limp = limp
       problem%soft = soft
       if (allocated(problem%inertia)) deallocate (problem%inertia)
@@ -94,6 +104,55 @@ contains
       self%flies = all(problem%equations%supported%displacements == 0)
    end subroutine begin
 
+   !> Go on with a step that was under way when the run ended: masses and damping are those of its beginning.
+   subroutine resume(self, problem, step, path, error)
+      type(course_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_t), intent(in) :: path
+      type(error_t), allocatable, intent(out) :: error
+      type(memo_t) :: memo
+      type(state_t) :: state
+      state = problem%state
+      memo = memo_t(numbers=path%course, reading=.true.)
+      call self%pace%begin(step, self%duration)
+      call carry_course(memo, self)
+      problem%state%load_factor = self%at_start
+      if (allocated(self%first_displacement)) problem%state%displacement = self%first_displacement
+      if (allocated(self%first_rotation)) problem%state%rotation = self%first_rotation
+      call begin_dynamic(problem, step, error)
+      if (allocated(error)) return
+      self%conserves = step%scheme == scheme_conserving
+      problem%inertia%rodrigues = self%conserves
+      self%method = new_newmark(merge(1.0_wp, step%rho_infinity, self%conserves))
+      self%flies = all(problem%equations%supported%displacements == 0)
+      problem%state = state
+      call problem%accept()
+      call problem%evaluate(.false., error)
+      if (.not. allocated(error)) call problem%accept()
+   end subroutine resume
+
+   !> What goes from increment to increment beside the state.
+   subroutine carry_course(memo, self)
+      type(memo_t), intent(inout) :: memo
+      type(course_t), intent(inout) :: self
+      call self%pace%carry(memo)
+      call memo%carry(self%time)
+      call memo%carry(self%at_start)
+      call memo%carry(self%begun)
+      call memo%carry(self%auxiliary)
+      call memo%carry(self%damping)
+      call memo%carry(self%load)
+      call memo%carry(self%energy)
+      call memo%carry(self%mean_levels(1))
+      call memo%carry(self%mean_levels(2))
+      call memo%carry(self%increments)
+      call memo%carry(self%motion%work)
+      call memo%carry(self%motion%damped)
+      call memo%carry(self%first_displacement)
+      call memo%carry(self%first_rotation)
+   end subroutine carry_course
+
    subroutine follow(self, problem, step, path, observer, error)
       type(course_t), intent(inout) :: self
       class(equilibrium_t), intent(inout) :: problem
@@ -103,6 +162,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(record_t) :: record
       type(newton_result_t) :: result
+      type(memo_t) :: memo
       real(wp) :: h, estimate, speed, landing
       integer :: failures
 
@@ -142,6 +202,10 @@ contains
          call settle(self, problem, h)
          self%motion%landing = step%time%is_output(self%time)
          call fill_record(self, problem, h, result, path, record)
+         memo = memo_t()
+         call carry_course(memo, self)
+         path%course = memo%numbers(:memo%at)
+         path%underway = .true.
          call observer%increment(problem%state, record, error)
          if (allocated(error)) return
       end do

@@ -5,6 +5,7 @@
 !> fast. V is the largest norm of the velocities of late: it fades slowly, so that turning points are not taken for rest.
 module finshell_pace
    use finshell_kinds, only: wp
+   use finshell_memo, only: memo_t
    use finshell_step, only: step_t
    implicit none
    private
@@ -23,6 +24,7 @@ module finshell_pace
       procedure :: take
       procedure :: fail
       procedure :: exhausted
+      procedure :: carry
    end type pace_t
 
    real(wp), parameter :: fading = 0.98_wp !< of V, from increment to increment
@@ -93,6 +95,15 @@ contains
       real(wp), intent(in) :: increment
       self%size = cut*increment
    end subroutine fail
+
+   !> For a run that goes on; the bounds are those of its step.
+   subroutine carry(self, memo)
+      class(pace_t), intent(inout) :: self
+      type(memo_t), intent(inout) :: memo
+      call memo%carry(self%size)
+      call memo%carry(self%speed)
+      call memo%carry(self%wish)
+   end subroutine carry
 
    pure logical function exhausted(self)
       class(pace_t), intent(in) :: self
