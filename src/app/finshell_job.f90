@@ -49,7 +49,8 @@ contains
          case (control_buckling); call solve_buckling(problem, steps(i), speaker, error)
          case (control_dynamic); call solve_dynamic(problem, steps(i), path, speaker, error)
          case (control_frequencies); call solve_frequencies(problem, steps(i), speaker, error)
-         case (control_explicit); call solve_explicit(problem, steps(i), speaker, path%increments, path%iterations, error)
+         case (control_explicit); call solve_explicit(problem, steps(i), speaker, path%increments, path%iterations, error, &
+                                                        path%course, path%underway)
          case default
             if (allocated(problem%state%velocity)) call come_to_rest(steps(i), problem, path, speaker, error)
             if (.not. allocated(error) .and. path%underway .and. i == begin) then

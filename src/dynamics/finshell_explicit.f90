@@ -12,6 +12,7 @@ module finshell_explicit
    use finshell_freedoms, only: n_nodal, rx, rz, ux
    use finshell_kinds, only: wp
    use finshell_leapfrog, only: leapfrog_t, new_leapfrog, sums_t
+   use finshell_memo, only: memo_t
    use finshell_momentum, only: angular_momentum, momentum
    use finshell_motion_force, only: evaluate_forces, stored_energy
    use finshell_motion_start, only: begin_motion, lumped_masses
@@ -51,20 +52,30 @@ module finshell_explicit
 contains
 
    !> Follow the motion from the state of the problem. Errors: no mass; an element that ends; instability; too many increments.
-   subroutine solve_explicit(problem, step, observer, increments, iterations, error)
+   subroutine solve_explicit(problem, step, observer, increments, iterations, error, course, underway)
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       class(observer_t), intent(inout) :: observer
       integer, intent(inout) :: increments, iterations !< those that are told, and all; this step is added
       type(error_t), allocatable, intent(out) :: error
+      !> Allocated: of a step that goes on; else it comes to hold what a restart needs. And whether it does.
+      real(wp), allocatable, intent(inout), optional :: course(:)
+      logical, intent(inout), optional :: underway
       type(progress_t) :: self
       type(sums_t) :: sums
       real(wp) :: after, landing
       integer :: left, row
+      logical :: goes_on
 
-      call begin(self, problem, step, error)
+      goes_on = .false.
+      if (present(course)) goes_on = allocated(course)
+      if (goes_on) then
+         call resume(self, problem, step, course, error)
+      else
+         call begin(self, problem, step, error)
+      end if
       if (allocated(error)) return
-      row = 1
+      row = next_row(self, step)
       do while (self%time < step%time%duration)
          landing = step%time%next_landing(self%time)
          left = increments_to(self, landing)
@@ -88,10 +99,10 @@ contains
             end if
             if (allocated(error)) exit
             if (left == 0 .or. self%time >= row*step%time%duration/max(1, step%history_rows)) then
-               call tell(self, problem, step, observer, left == 0, sums, error)
+               call tell(self, problem, step, observer, left == 0, course, underway, sums, error)
                if (.not. allocated(error)) call check_balance(self, problem, step, sums, error)
                if (allocated(error)) exit
-               row = 1 + int(self%time*max(1, step%history_rows)/step%time%duration*(1 + epsilon(after)))
+               row = next_row(self, step)
             end if
             if (self%done < self%renewal) cycle
             call renew(self, problem, step, error)
@@ -105,10 +116,73 @@ contains
       if (allocated(error)) then
          call problem%restore()
       else
+         if (present(course)) deallocate (course)
          call problem%evaluate(.false., error) ! a static step may follow
          if (.not. allocated(error)) call problem%accept()
       end if
    end subroutine solve_explicit
+
+   !> The number of the next row of the history that is not at an output time.
+   pure integer function next_row(self, step)
+      type(progress_t), intent(in) :: self
+      type(step_t), intent(in) :: step
+      next_row = 1 + int(self%time*max(1, step%history_rows)/step%time%duration*(1 + epsilon(self%time)))
+   end function next_row
+
+   !> Go on with a step that was under way when the run ended.
+   subroutine resume(self, problem, step, course, error)
+      type(progress_t), intent(out) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: course(:)
+      type(error_t), allocatable, intent(out) :: error
+      type(memo_t) :: memo
+      call cpu_time(self%record%cpu_time)
+      self%record%cpu_time = -self%record%cpu_time
+      self%threads = paying_threads(problem%assembly%elements)
+      call new_masses(self, problem, step, error)
+      if (allocated(error)) return
+      memo = memo_t(numbers=course, reading=.true.)
+      call carry_progress(memo, self)
+      call evaluate_forces(problem, error)
+      if (allocated(error)) return
+      if (self%done >= self%renewal) call renew(self, problem, step, error)
+   end subroutine resume
+
+   !> What goes from increment to increment beside the state.
+   subroutine carry_progress(memo, self)
+      type(memo_t), intent(inout) :: memo
+      type(progress_t), intent(inout) :: self
+      call self%leapfrog%carry(memo)
+      call memo%carry(self%time)
+      call memo%carry(self%began)
+      call memo%carry(self%at_start)
+      call memo%carry(self%energy)
+      call memo%carry(self%ripple)
+      call memo%carry(self%most)
+      call memo%carry(self%noise)
+      call memo%carry(self%largest)
+      call memo%carry(self%done)
+      call memo%carry(self%told)
+      call memo%carry(self%renewal)
+      call memo%carry(self%interval)
+      call memo%carry(self%record%total_iterations)
+   end subroutine carry_progress
+
+   !> Masses, and velocities to start from.
+   subroutine new_masses(self, problem, step, error)
+      type(progress_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), allocatable :: mass(:, :)
+      call begin_motion(problem)
+      call lumped_masses(problem, mass, error)
+      if (allocated(error)) return
+      call problem%external%place(problem%assembly)
+      call scale_rotatory_inertia(problem%structure, step%rotation_scaling, mass)
+      call new_leapfrog(self%leapfrog, problem%equations, problem%state, mass, step%mass_damping)
+   end subroutine new_masses
 
    !> Loads and supports jump to where the step has them; masses, velocities and forces at the beginning.
    subroutine begin(self, problem, step, error)
@@ -116,7 +190,7 @@ contains
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(error_t), allocatable, intent(out) :: error
-      real(wp), allocatable :: mass(:, :), still(:), turned(:, :)
+      real(wp), allocatable :: still(:), turned(:, :)
       real(wp), parameter :: instant = 1.0e-6_wp !< part of an increment that gives a rate
       type(sums_t) :: sums
 
@@ -128,19 +202,15 @@ contains
       allocate (still(problem%n), source=0.0_wp)
       call problem%move(still, 1 - problem%state%constant_factor, scaling=by_constant_factor)
       call problem%move(still, step%time%factor(0.0_wp, self%at_start) - self%at_start)
-      call begin_motion(problem)
-      call lumped_masses(problem, mass, error)
+      call new_masses(self, problem, step, error)
       if (allocated(error)) return
-      call problem%external%place(problem%assembly)
-      call scale_rotatory_inertia(problem%structure, step%rotation_scaling, mass)
-      call new_leapfrog(self%leapfrog, problem%equations, problem%state, mass, step%mass_damping)
       call evaluate_forces(problem, error)
       if (.not. allocated(error)) call renew(self, problem, step, error)
       if (allocated(error)) then
          error%message = name_of(step)//error%message
          return
       end if
-      self%noise = 0.5e-20_wp*sum(mass(ux, :))*(problem%detail/self%largest)**2
+      self%noise = 0.5e-20_wp*sum(self%leapfrog%mass(ux, :))*(problem%detail/self%largest)**2
       associate (drive => self%leapfrog%drive)
          allocate (turned(4, size(drive, 2)))
          call prescribe(self, problem, step, instant*min(self%largest, step%time%duration), drive, turned)
@@ -234,15 +304,18 @@ contains
    end subroutine go_to
 
    !> Tell the observer of the present state.
-   subroutine tell(self, problem, step, observer, lands, sums, error)
+   subroutine tell(self, problem, step, observer, lands, course, underway, sums, error)
       type(progress_t), intent(inout) :: self
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       class(observer_t), intent(inout) :: observer
       logical, intent(in) :: lands
+      real(wp), allocatable, intent(inout), optional :: course(:) !< see `solve_explicit`
+      logical, intent(inout), optional :: underway
       type(sums_t), intent(out) :: sums
       type(error_t), allocatable, intent(out) :: error
       type(record_t) :: record
+      type(memo_t) :: memo
       real(wp), allocatable :: nodal(:, :)
       real(wp) :: drive(n_nodal, size(problem%equations%moved)), turned(4, size(problem%equations%moved))
 
@@ -272,6 +345,11 @@ contains
       call cpu_time(record%cpu_time)
       record%cpu_time = record%cpu_time + self%record%cpu_time
       call problem%accept()
+      if (present(course)) then
+         call carry_progress(memo, self)
+         course = memo%numbers(:memo%at)
+         underway = .true.
+      end if
       call observer%increment(problem%state, record, error)
    end subroutine tell
 

@@ -14,6 +14,7 @@ module finshell_leapfrog
    use finshell_equations, only: equations_t
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_kinds, only: wp
+   use finshell_memo, only: memo_t
    use finshell_quaternion, only: quaternion_product, update_quaternion
    use finshell_state, only: state_t
    implicit none
@@ -40,6 +41,7 @@ module finshell_leapfrog
       procedure :: square_of_jump
       procedure :: without_held
       procedure :: over_root_mass
+      procedure :: carry
       procedure, private :: take_reactions
    end type leapfrog_t
 
@@ -97,6 +99,19 @@ contains
       allocate (self%drive(n_nodal, size(equations%moved)), source=0.0_wp)
       allocate (self%sums(n_sums, (size(mass, 2) + block_size - 1)/block_size))
    end subroutine new_leapfrog
+
+   !> For a run that goes on, from `new_leapfrog` on.
+   subroutine carry(self, memo)
+      class(leapfrog_t), intent(inout) :: self
+      type(memo_t), intent(inout) :: memo
+      call memo%carry(self%velocity)
+      call memo%carry(self%drive)
+      call memo%carry(self%before)
+      call memo%carry(self%kinetic)
+      call memo%carry(self%work)
+      call memo%carry(self%work_after)
+      call memo%carry(self%damped_after)
+   end subroutine carry
 
    !> Nodal vectors without what supports hold.
    pure function without_held(self, nodal) result(part)
