@@ -12,7 +12,7 @@
 !> the first order and symmetric ones of the second order in the rotation of an increment.
 module finshell_inertia
    use finshell_assembly, only: assembly_t
-   use finshell_equations, only: equations_t, gather, scatter
+   use finshell_equations, only: equations_t, free_part
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: damper_t
    use finshell_kinds, only: wp
@@ -21,7 +21,7 @@ module finshell_inertia
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: inertia_t, free_part
+   public :: inertia_t
 
    type :: inertia_t
       real(wp), allocatable :: mass(:, :) !< (n_nodal, nodes) masses and rotatory inertias
@@ -88,16 +88,6 @@ contains
          end do
       end do
    end subroutine stiffen
-
-   !> A nodal vector without its held components.
-   pure function free_part(equations, nodal) result(free)
-      type(equations_t), intent(in) :: equations
-      real(wp), intent(in) :: nodal(:, :) !< (n_nodal, nodes)
-      real(wp) :: free(size(nodal, 1), size(nodal, 2))
-      real(wp) :: x(equations%n)
-      call gather(equations, nodal, x)
-      call scatter(equations, x, free)
-   end function free_part
 
    !> Replace rotation vectors by 2 tan(angle/2) along the axis.
    pure subroutine to_rodrigues(base, state, motion)

@@ -14,9 +14,8 @@
 !> 1978, Kuhl and Ramm 1996.) Where v' is too small to give or take what is wanted, at turning points, the rest is left to the
 !> increments that follow.
 module finshell_conservation
-   use finshell_equations, only: equations_t
+   use finshell_equations, only: equations_t, free_part
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
-   use finshell_inertia, only: free_part
    use finshell_kinds, only: wp
    use finshell_mechanism, only: null_space
    use finshell_rotation, only: cross_product

@@ -3,11 +3,10 @@
 module finshell_dynamic
    use finshell_control, only: constraint_t
    use finshell_dynamic_start, only: begin_dynamic, first_size
-   use finshell_equations, only: gather
+   use finshell_equations, only: gather, free_part
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_load_factor
-   use finshell_inertia, only: free_part
    use finshell_conservation, only: keep_energy, keep_momenta, new_rigid, rigid_t
    use finshell_kinds, only: wp, dp
    use finshell_memo, only: memo_t

@@ -1,12 +1,12 @@
 !> Where an implicit step in time begins: masses, damping, the load factor at once, accelerations from equilibrium, and how long the
 !> first increment is.
 module finshell_dynamic_start
+   use finshell_equations, only: free_part
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_constant_factor, by_load_factor, set_factor
    use finshell_freedoms, only: n_corners, n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: new_damper
-   use finshell_inertia, only: free_part
    use finshell_kinds, only: wp, dp
    use finshell_motion_start, only: begin_motion, lumped_masses
    use finshell_state, only: moved_state, small_part, state_t
