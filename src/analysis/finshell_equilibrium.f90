@@ -16,7 +16,7 @@ module finshell_equilibrium
    use finshell_normals, only: add_turns
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, rotation_at
+   use finshell_equations, only: equations_t, field_displacement, new_equations, gather, scatter, largest_turn, rotation_at
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, set_factor, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
@@ -76,6 +76,7 @@ module finshell_equilibrium
       procedure :: monitored
       procedure :: largest_rotation
       procedure :: magnitude
+      procedure :: inertia
    end type equilibrium_t
 
    !> Of the factorisation: a law without stiffness leaves more than the rounding of the matrix, up to 4 epsilons measured.
@@ -351,6 +352,29 @@ contains
       call gather(self%equations, nodal, x)
       if (present(added)) call self%solver%magnitude(x, added)
    end subroutine magnitude
+
+   !> By Gershgorin's bound of the eigenvalues, a rotation counting as the displacement it makes over an element. The displacements
+   !> of a node have one mass, and its rotations one: stiff directions turn.
+   subroutine inertia(self, mass)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), intent(out) :: mass(:)
+      real(wp), allocatable :: unit(:), bound(:)
+      real(wp) :: largest
+      integer :: i, k
+      allocate (bound(self%n))
+      unit = merge(1.0_wp, 1/self%detail, self%field == field_displacement)
+      call self%solver%magnitude(unit, bound, self%values)
+      bound = bound/unit
+      do i = 1, size(self%equations%number, 2)
+         do k = 1, n_nodal, 3
+            associate (at => pack(self%equations%number(k:k + 2, i), self%equations%number(k:k + 2, i) > 0))
+               largest = 0
+               if (size(at) > 0) largest = maxval(bound(at))
+               mass(at) = 0.25_wp*largest
+            end associate
+         end do
+      end do
+   end subroutine inertia
 
    !> Monitor the mean of a global displacement component over a node set.
    subroutine watch(self, node_set, component, error)

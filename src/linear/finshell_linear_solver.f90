@@ -307,13 +307,18 @@ contains
    end subroutine solve_many
 
    !> |A| |x|, with the matrix factorised last: times epsilon, what rounding x to working precision does to A x.
-   subroutine magnitude(self, x, y)
+   subroutine magnitude(self, x, y, values)
       class(linear_solver_t), intent(in) :: self
       real(dp), intent(in) :: x(:) !< (n)
       real(dp), intent(out) :: y(:) !< (n); zero before the first factorisation
+      real(dp), intent(in), optional :: values(:) !< of another matrix of this pattern
       real(dp), allocatable :: unused(:)
       y = 0
       allocate (unused(size(y)))
+      if (present(values)) then
+         call self%pattern%multiply(values, x, unused, y)
+         return
+      end if
       if (allocated(self%values)) call self%pattern%multiply(self%values, x, unused, y)
    end subroutine magnitude
 

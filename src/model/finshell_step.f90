@@ -88,6 +88,7 @@ module finshell_step
       !> Displacement and volume control: arc-length stands in where the prescribed quantity turns round.
       logical :: switch_control = .true.
       logical :: descent = .true. !< load control: where Newton's method fails, look for a stable state near by going down in energy
+      logical :: relaxes = .false. !< load control: every state by dynamic relaxation (finshell_relaxation)
       logical :: cautious = .false. !< refuse increments that bend sharply, jump in pivots or miss their prediction by far
       integer :: snap = snap_mark !< see finshell_caution; snap_ignore: as any other increment
       integer :: patience = 200 !< increments without coming nearer to the target than before; 0: no limit

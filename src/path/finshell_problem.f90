@@ -62,6 +62,7 @@ module finshell_problem
       procedure :: keep_base
       procedure :: largest_rotation
       procedure :: magnitude
+      procedure :: inertia
       procedure :: change
       procedure :: accept
       procedure :: restore
@@ -181,6 +182,14 @@ contains
       x = 0*self%size
       if (present(added)) added = 0
    end subroutine magnitude
+
+   !> Masses with which no vibration of the structure is faster than steps of length 1 can follow, from the matrix of the last
+   !> `evaluate` with tangent. To be overridden by problems that can be relaxed; zero: not known.
+   subroutine inertia(self, mass)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(out) :: mass(:) !< (n)
+      mass = 0*self%size
+   end subroutine inertia
 
    !> Change of a factor from `base` to `state`.
    pure function change(self, scaling) result(value)

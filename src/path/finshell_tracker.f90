@@ -10,6 +10,7 @@ module finshell_tracker
    use finshell_control, only: constraint_t, control_vector, arc_norm, arc_product
    use finshell_newton, only: newton_result_t, solve_increment, too_soft
    use finshell_descent, only: descend
+   use finshell_relaxation, only: relax
    use finshell_start, only: start_softly
    use finshell_predictor, only: history_t
    use finshell_balance, only: tangent_t
@@ -29,6 +30,7 @@ module finshell_tracker
       real(wp) :: turn = 0 !< rotation of the linear answer to it
       logical :: descends = .false. !< by finshell_descent, without prediction; load control only
       real(wp) :: reach = huge(1.0_wp) !< of a descent
+      logical :: relaxes = .false. !< by finshell_relaxation, without prediction; load control only
       logical :: landing = .false. !< a load level or monitored value is to be met, in another measure than the step's
       real(wp) :: prescribed = 0 !< the value that is prescribed, set by `try`
       real(wp) :: interpolate = 0 !< > 0: start at this fraction of the increment that overshot
@@ -156,6 +158,8 @@ contains
          attempt%size = sign(size, step%branch_amplitude)
          return
       end if
+      attempt%relaxes = step%relaxes
+      if (step%relaxes) size = abs(targets%next_level() - factor)
       if (targets%largest_size > 0) size = min(size, targets%largest_size*self%length_per_factor)
       attempt%control = merge(control_arc_length, step%control, self%substitute)
       select case (attempt%control)
@@ -231,7 +235,7 @@ contains
          x = attempt%interpolate*self%overshoot
          change = attempt%interpolate*self%overshoot_change
          known = .true.
-      else if (step%extrapolate .and. .not. attempt%descends) then
+      else if (step%extrapolate .and. .not. (attempt%descends .or. attempt%relaxes)) then
          call self%history%predict(attempt%control, attempt%size, x, change, known, attempt%along, attempt%chord)
       end if
       if (known) then
@@ -248,7 +252,9 @@ contains
          constraint%previous = self%history%vector(:, 1)
          constraint%previous_change = self%history%factor(1)
       end if
-      if (attempt%softly .and. .not. attempt%descends) then
+      if (attempt%relaxes) then
+         call relax(problem, constraint%target, step%convergence, self%mean_levels, result, step%scaling)
+      else if (attempt%softly .and. .not. attempt%descends) then
          call start_softly(problem, constraint%target, attempt%turn, settings, self%mean_levels, step%scaling, result)
       else if (attempt%descends) then
          call descend(problem, constraint%target, step%convergence, self%mean_levels, attempt%reach, result, step%scaling)

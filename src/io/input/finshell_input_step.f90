@@ -34,7 +34,7 @@ contains
       if (allocated(error)) return
       call get(group, 'name', step%name, error, default=default_name)
       call get(group, 'control', control, error, default='load', &
-         choices='load, displacement, arc_length, volume, dynamic, explicit, linear, buckling, frequencies')
+         choices='load, displacement, arc_length, volume, relax, dynamic, explicit, linear, buckling, frequencies')
       if (allocated(error)) return
       select case (control)
       case ('displacement'); step%control = control_displacement
@@ -45,7 +45,9 @@ contains
       case ('linear'); step%control = control_linear
       case ('buckling'); step%control = control_buckling
       case ('frequencies'); step%control = control_frequencies
-      case default; step%control = control_load
+      case default
+         step%control = control_load
+         step%relaxes = control == 'relax'
       end select
       if (leaves_state(step%control)) then
          call read_linear(group, step, error)
