@@ -44,6 +44,7 @@ module finshell_relaxation
    integer, parameter :: ramp = 100 !< steps in which the load comes in
    real(wp), parameter :: longest_stride = 0.1_wp !< rotation, or displacement over the length of an element, in a step
    real(wp), parameter :: most_damping = 1.9_wp
+   real(wp), parameter :: heaviest = 16 !< masses, in those that are just enough
    integer, parameter :: young = 30, old = 100 !< steps: masses may be kept; are to be renewed
    integer, parameter :: look = 10 !< steps from one look at the residual to the next
    real(wp), parameter :: near = 0.01_wp !< residual at which a state is tried
@@ -92,16 +93,15 @@ contains
             if (.not. abs(way) > 0) loaded = ramp
             problem%state = kept
             motion%setbacks = motion%setbacks + 1
-            motion%heaviness = 2*motion%heaviness
+            motion%heaviness = min(2*motion%heaviness, heaviest)
             motion%limit = 0.5_wp*motion%limit
             call renew(problem, scaling, motion, error)
             cycle
          end if
          if (motion%age >= merge(young, old, motion%starts)) then
             kept = problem%state
-            motion%heaviness = max(1.0_wp, 0.5_wp*motion%heaviness)
             motion%limit = min(longest_stride, 1.5_wp*motion%limit)
-            call renew(problem, scaling, motion, error, motion%starts)
+            call renew(problem, scaling, motion, error, goes_on=.true.)
          end if
          if (allocated(error) .or. loaded < ramp .or. modulo(step, look) /= 0) cycle
          ratio = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], mean_levels, &
@@ -175,20 +175,19 @@ contains
    end subroutine go
 
    !> Masses for the present state; the motion begins anew, or goes on.
-   subroutine renew(problem, scaling, motion, error, starts)
+   subroutine renew(problem, scaling, motion, error, goes_on)
       class(problem_t), intent(inout) :: problem
       integer, intent(in) :: scaling
       type(motion_t), intent(inout) :: motion
       type(error_t), allocatable, intent(out) :: error
-      logical, intent(in), optional :: starts
+      logical, intent(in), optional :: goes_on
       call problem%evaluate(.true., error, merge(1.0_wp, 0.0_wp, problem%soft), scaling=scaling)
       if (allocated(error)) return
       call problem%inertia(motion%mass)
       motion%mass = motion%heaviness*motion%mass
       motion%age = 0
+      if (present(goes_on)) return
       motion%starts = .true.
-      if (present(starts)) motion%starts = starts
-      if (.not. motion%starts) return
       motion%kinetic = 0
       motion%square = 0
    end subroutine renew
