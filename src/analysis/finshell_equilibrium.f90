@@ -16,7 +16,7 @@ module finshell_equilibrium
    use finshell_normals, only: add_turns
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_equations, only: equations_t, field_displacement, new_equations, gather, scatter, largest_turn, rotation_at
+   use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, rotation_at
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, set_factor, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
@@ -31,6 +31,7 @@ module finshell_equilibrium
    use finshell_balance, only: balance_t
    use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
+   use finshell_fictitious_mass, only: fictitious_mass, scales
    use finshell_ground, only: is_soft, ground_stiffness, lumped_weight
    use finshell_element_limit, only: element_trouble
    use finshell_team, only: leads, own_elements, shared, team_t
@@ -144,9 +145,7 @@ contains
       allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
-      do i = 1, size(self%equations%moved)
-         self%moved_of(self%equations%moved(i)) = i
-      end do
+      self%moved_of(self%equations%moved) = [(i, i=1, size(self%equations%moved))]
       self%moved_elements = pack([(i, i=1, size(structure%mesh%triangles, 2))], &
                                  [(any(self%moved_of(structure%mesh%triangles(:, i)) > 0), i=1, size(structure%mesh%triangles, 2))])
       call new_state(self%state, nodes)
@@ -178,16 +177,15 @@ contains
       real(wp) :: levels(2), part
       integer :: status, bad_element, active
 
-      associate (s => self%structure)
-         if (tangent) then
-            self%assemblies = self%assemblies + 1
-            call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, self%values, self%entry%energy, &
-                          resultants=stress, toward=toward)
-         else
-            self%force_evaluations = self%force_evaluations + 1
-            call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, energy=self%entry%energy)
-         end if
-      end associate
+      if (tangent) then
+         self%assemblies = self%assemblies + 1
+         call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, self%values, &
+                       self%entry%energy, resultants=stress, toward=toward)
+      else
+         self%force_evaluations = self%force_evaluations + 1
+         call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, &
+                       energy=self%entry%energy)
+      end if
       if (status /= status_ok) then
          ! An infinite displacement is a diverged iteration, not a mistake of the input.
          call raise(error, merge(status_not_converged, status, status == status_not_a_number), &
@@ -239,6 +237,9 @@ contains
       levels = force_levels(self%equations, self%external_force, out_of_balance, unit_force(:, :, unscaled:))
       self%force_level = levels(1)
       self%moment_level = levels(2)
+      if (.not. self%drag > 0) return
+      if (tangent .and. leads(self%team)) self%values(self%diagonal) = self%values(self%diagonal) + self%drag*self%weight
+      call self%resist()
    end subroutine evaluate_toward
 
    subroutine keep_base(self)
@@ -252,6 +253,7 @@ contains
       type(balance_t) :: value
       if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
          scaling, self%external, self%structure, self%equations, self%assembly, value)
+      call value%spend(self%taken)
    end function balance
 
    !> Factorise the tangent. A singular one is an error that names the node and component where the free motion is largest.
@@ -353,27 +355,12 @@ contains
       if (present(added)) call self%solver%magnitude(x, added)
    end subroutine magnitude
 
-   !> By Gershgorin's bound of the eigenvalues, a rotation counting as the displacement it makes over an element. The displacements
-   !> of a node have one mass, and its rotations one: stiff directions turn.
+   !> See finshell_fictitious_mass.
    subroutine inertia(self, mass)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: mass(:)
-      real(wp), allocatable :: unit(:), bound(:)
-      real(wp) :: largest
-      integer :: i, k
-      allocate (bound(self%n))
-      unit = merge(1.0_wp, 1/self%detail, self%field == field_displacement)
-      call self%solver%magnitude(unit, bound, self%values)
-      bound = bound/unit
-      do i = 1, size(self%equations%number, 2)
-         do k = 1, n_nodal, 3
-            associate (at => pack(self%equations%number(k:k + 2, i), self%equations%number(k:k + 2, i) > 0))
-               largest = 0
-               if (size(at) > 0) largest = maxval(bound(at))
-               mass(at) = 0.25_wp*largest
-            end associate
-         end do
-      end do
+      call self%solver%magnitude(scales(self%equations, self%detail), mass, self%values)
+      mass = fictitious_mass(self%equations, self%detail, mass)
    end subroutine inertia
 
    !> Monitor the mean of a global displacement component over a node set.
@@ -395,8 +382,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: element_set
       if (allocated(self%watched)) deallocate (self%watched)
-      if (allocated(self%watched_volume)) deallocate (self%watched_volume)
-      allocate (self%watched_volume)
+      if (.not. allocated(self%watched_volume)) allocate (self%watched_volume)
       call new_volume(self%watched_volume, self%structure, self%equations, self%external, error, element_set)
       if (allocated(error)) return
       allocate (self%watched(self%n), source=0.0_wp)
@@ -407,15 +393,10 @@ contains
       class(equilibrium_t), intent(in) :: self
       type(state_t), intent(in) :: state
       real(wp) :: value
-      integer :: i
       if (allocated(self%watched_volume)) then
          value = self%watched_volume%value(self%structure, state)
-         return
+      else
+         value = sum(state%displacement(self%watched_component, self%watched_nodes))/size(self%watched_nodes)
       end if
-      value = 0
-      do i = 1, size(self%watched_nodes)
-         value = value + state%displacement(self%watched_component, self%watched_nodes(i))
-      end do
-      value = value/size(self%watched_nodes)
    end function monitored
 end module finshell_equilibrium

@@ -26,6 +26,7 @@ module finshell_path
    use finshell_balance, only: verdict_t
    use finshell_diagnosis, only: failure_t, failure_text, crawls_to_limit, where_text
    use finshell_progress, only: progress_t, continues
+   use finshell_stabilisation, only: stabiliser_t
    implicit none
    private
    public :: path_t
@@ -35,7 +36,6 @@ module finshell_path
       real(dp) :: started = -1
       type(record_t) :: last !< the last converged increment
       type(stability_t) :: stability !< of the last equilibrium state
-      integer, private :: bifurcations = 0 !< located in this step
       real(wp), private :: laboured = 0 !< increments that failed at first, the last ones counting most
       real(wp), private :: largest = 0 !< change of the load factor in an increment of this step
       real(wp), private :: grip = 0 !< of the control before arc-length stood in for it
@@ -50,6 +50,7 @@ module finshell_path
    end type path_t
 
    real(wp), parameter :: fading = 0.75_wp !< of the memory of failed attempts, from increment to increment
+   real(wp), parameter :: least_fall = 0.1_wp !< of the first increment, for one by dynamic relaxation
 
 contains
 
@@ -84,6 +85,8 @@ contains
       self%substitute = .false.
       self%bifurcations = 0
       self%largest = 0
+      self%falls = 0
+      self%stabiliser = stabiliser_t(part=merge(step%stabilise, 0.0_wp, step%control == control_load .and. .not. step%relaxes))
       self%laboured = 0
       call self%progress%begin(problem%state)
       self%rough = .false.
@@ -165,6 +168,7 @@ contains
          do
             call self%try(problem, step, targets, attempt, result)
             record%iterations = record%iterations + result%iterations
+            record%steps = record%steps + result%steps
             failure%tried_pivots = max(failure%tried_pivots, result%first_pivots)
             turning = .false.
             if (result%converged) then
@@ -179,6 +183,8 @@ contains
                   cycle
                end if
                call objection(self%tracker_t, problem, step, attempt, result, self%stability, after, complaint, turning, verdict)
+               if (complaint == '' .and. self%stabiliser%exceeds(problem, problem%balance(step%scaling))) &
+                  complaint = 'the stabilisation would take too much energy'
                if (complaint == '') call mark(self%tracker_t, problem, step, targets, self%stability, attempt, after, result, &
                                               record, place, cuts, complaint)
                if (complaint == '') exit
@@ -208,13 +214,13 @@ contains
                self%leaping = .true.
                self%size = self%snapped_size
                cuts = 0
+            else if ((exhausted() .or. crawls) .and. self%may_fall_back(problem, step, attempt)) then
+               call fall_into(attempt)
+               cycle
             else if (exhausted() .or. crawls .or. (ended .and. step%snap == snap_refuse)) then
                self%iterations = self%iterations + record%iterations
                self%cuts = self%cuts + cuts
-               failure%code = result%code
-               failure%last_control = attempt%control
-               failure%last_size = attempt%size
-               failure%reason = result%reason
+               call note(attempt)
                call raise(error, result%code, where_text(step, problem)//': '//failure_text(failure)//fold_text(self%snapped_size))
                return
             end if
@@ -228,13 +234,39 @@ contains
          record%misfit = verdict%misfit
          call self%settle(problem, step, targets, attempt, result, record)
          self%stability = after
-         if (record%located) call leave_path(self, problem, step, record%event, place)
+         if (record%located .and. any(record%event == [bifurcation_point, limit_and_bifurcation])) &
+            call self%pass_bifurcation(problem, step, place%vector)
          done = done + 1
          call observer%increment(problem%state, self%last, error)
          if (allocated(error)) return
       end do
 
    contains
+
+      !> Why the last attempt has failed.
+      subroutine note(last)
+         type(attempt_t), intent(in) :: last
+         if (last%relaxes .and. .not. step%relaxes) then
+            failure%reason = failure%reason//'. Then '//result%reason
+            return
+         end if
+         failure%code = result%code
+         failure%last_control = last%control
+         failure%last_size = last%size
+         failure%reason = result%reason
+      end subroutine note
+
+      !> When nothing else is left: all of the increment that was tried first, and no less than a part of the first of the step;
+      !> from rest the way to the next level.
+      subroutine fall_into(last)
+         type(attempt_t), intent(inout) :: last
+         call note(last)
+         self%size = max(abs(failure%size), least_fall*targets%first_size)
+         if (failure%increment == 0) self%size = huge(self%size) ! a sheet, which the load has to stretch
+         last = self%plan(problem, step, targets, no_landing)
+         last%relaxes = .true.
+         self%falls = self%falls + 1
+      end subroutine fall_into
 
       logical function exhausted()
          exhausted = cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor
@@ -270,22 +302,6 @@ contains
       end if
    end subroutine fall_back
 
-   !> At a located bifurcation point: if it is the one where the step asks for it, the next increment goes along the null vector.
-   subroutine leave_path(self, problem, step, event, place)
-      class(path_t), intent(inout) :: self
-      class(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      integer, intent(in) :: event
-      type(location_t), intent(in) :: place
-      if (event /= bifurcation_point .and. event /= limit_and_bifurcation) return
-      self%bifurcations = self%bifurcations + 1
-      if (self%bifurcations /= step%switch_branch) return
-      self%branch = place%vector
-      self%size = abs(step%branch_amplitude)
-      if (.not. self%size > 0) self%size = 0.01_wp*problem%size
-      call self%history%forget()
-   end subroutine leave_path
-
    !> Accept the new state; remember it; choose the next size; fill the record.
    subroutine settle(self, problem, step, targets, attempt, result, record)
       class(path_t), intent(inout) :: self
@@ -314,10 +330,11 @@ contains
       self%leaping = .false.
       missed = self%hampered .and. record%cuts > 0
       call self%remember(problem, step, attempt, result, missed, x, change, moved, length)
+      call self%stabiliser%calibrate(problem, problem%balance(step%scaling), change)
       self%rough = attempt%descends .and. result%regularised > 0
       self%hampered = record%cuts > 0
       ! What a descent has found is not the way the path goes.
-      if (self%rough .and. step%control == control_load) call self%history%forget()
+      if ((self%rough .or. attempt%relaxes) .and. step%control == control_load) call self%history%forget()
 
       problem%state%increment = problem%state%increment + 1
       call problem%accept()
@@ -338,7 +355,9 @@ contains
       self%last%increment = problem%state%increment
       self%last%control = attempt%control
       self%last%descended = self%rough
-      if (.not. self%rough) self%last%regularised = result%regularised
+      self%last%relaxed = attempt%relaxes
+      self%last%taken = self%stabiliser%share()
+      if (.not. (self%rough .or. attempt%relaxes)) self%last%regularised = result%regularised
       self%last%load_factor = problem%state%load_factor
       self%last%monitored = monitored(problem, problem%state)
       self%last%size = attempt%size
@@ -372,7 +391,7 @@ contains
       else if (step%control == control_arc_length .and. first) then
          if (abs(change) > 0) self%length_per_factor = length/abs(change)
          self%size = next_size(length, result%iterations, cuts, step)
-      else if (self%rough .or. attempt%softly) then
+      else if (self%rough .or. attempt%softly .or. attempt%relaxes) then
          ! How hard a descent or a soft start was says nothing about the next increment.
          self%size = max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0))
       else if (.not. attempt%landing) then

@@ -6,11 +6,12 @@ module finshell_tracker
    use finshell_problem, only: problem_t
    use finshell_state, only: state_t
    use finshell_step, only: convergence_t, step_t, control_load, control_displacement, control_arc_length, control_volume, &
-      prescribes_monitored, mixed_auto, mixed_never, tangent_always, tangent_auto, tangent_never
+      prescribes_monitored, snap_refuse, mixed_auto, mixed_never, tangent_always, tangent_auto, tangent_never
    use finshell_control, only: constraint_t, control_vector, arc_norm, arc_product
    use finshell_newton, only: newton_result_t, solve_increment, too_soft
    use finshell_descent, only: descend
    use finshell_relaxation, only: relax
+   use finshell_stabilisation, only: stabiliser_t
    use finshell_start, only: start_softly
    use finshell_predictor, only: history_t
    use finshell_balance, only: tangent_t
@@ -52,6 +53,9 @@ module finshell_tracker
       logical :: smooth = .true.
       logical :: young = .false. !< the last increment began a branch
       real(wp), allocatable :: branch(:) !< the next increment leaves the path along this vector
+      integer :: bifurcations = 0 !< located in this step
+      type(stabiliser_t) :: stabiliser
+      integer :: falls = 0 !< increments of this step that were left to dynamic relaxation, all else having failed
       type(tangent_t) :: tangent !< to the path at the last converged state; not known at the start of a step
       real(wp) :: snapped_size = 0 !< of the first increment from here that was refused for a snap; 0: none
       integer :: snapped_control = 0
@@ -67,10 +71,13 @@ module finshell_tracker
       procedure :: remember
       procedure :: may_start_softly
       procedure :: may_descend
+      procedure :: may_fall_back
+      procedure :: pass_bifurcation
    end type tracker_t
 
    !> A descent that moves the structure by more than this part of all it has moved is a snap, not the way on.
    real(wp), parameter :: near = 0.5_wp
+   integer, parameter :: most_falls = 20 !< in a step
 
 contains
 
@@ -119,6 +126,7 @@ contains
       logical :: last !< there is no point in a quarter
 
       yes = step%descent .and. allocated(problem%weight) .and. attempt%control == control_load .and. .not. attempt%descends &
+         .and. .not. attempt%relaxes &
          .and. .not. attempt%landing .and. (step%control == control_load .or. self%history%count == 0)
       ! Where larger increments snap (finshell_caution) a descent would do so too.
       yes = yes .and. .not. self%snapped_size > 0
@@ -138,6 +146,16 @@ contains
       end if
       if (yes .and. cuts == 1 .and. .not. last) attempt%size = attempt%size/cut_ratio
    end function may_descend
+
+   !> May an increment be left to dynamic relaxation, all else having failed? Not where snaps are refused.
+   pure logical function may_fall_back(self, problem, step, attempt) result(yes)
+      class(tracker_t), intent(in) :: self
+      class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(attempt_t), intent(in) :: attempt
+      yes = step%fallback .and. step%control == control_load .and. attempt%control == control_load .and. .not. attempt%relaxes &
+         .and. step%snap /= snap_refuse .and. allocated(problem%weight) .and. self%falls < most_falls
+   end function may_fall_back
 
    !> Choose what the next increment prescribes.
    function plan(self, problem, step, targets, no_landing) result(attempt)
@@ -202,8 +220,9 @@ contains
       type(convergence_t) :: settings
       real(wp), allocatable :: x(:)
       real(wp) :: change, scale, length, angle
-      logical :: known, young
+      logical :: known, young, complete
 
+      problem%taken = 0
       allocate (x(problem%n))
       settings = step%convergence
       ! Mixed iteration leads away from a branch that has just begun.
@@ -259,8 +278,15 @@ contains
       else if (attempt%descends) then
          call descend(problem, constraint%target, step%convergence, self%mean_levels, attempt%reach, result, step%scaling)
       else
+         if (attempt%control == control_load) call self%stabiliser%engage(problem, attempt%size)
          call solve_increment(problem, constraint, settings, self%mean_levels, result, &
                               stable=at_rest(self, problem, step, attempt) .and. .not. attempt%again)
+         if (result%converged) then
+            complete = .true.
+            if (targets%has_level()) complete = abs(constraint%target - targets%next_level()) <= 0
+            call self%stabiliser%release(problem, constraint, settings, self%mean_levels, complete, result)
+         end if
+         problem%drag = 0
       end if
       if (result%converged .and. attempt%control == control_load) &
          call set_factor(problem%state, step%scaling, constraint%target) ! its last bits may differ
@@ -314,8 +340,8 @@ contains
       logical :: along
       call self%history%remember(x, change, moved, length)
       self%smooth = self%smooth .and. problem%negative_pivots == 0 .and. .not. missed &
-                    .and. .not. (attempt%descends .or. result%rounding) .and. step%control /= control_arc_length &
-                    .and. attempt%control /= control_arc_length
+                    .and. .not. (attempt%descends .or. attempt%relaxes .or. result%rounding) &
+                    .and. step%control /= control_arc_length .and. attempt%control /= control_arc_length
       ! The start of a branch was found from where the tangent is that of another path.
       self%young = allocated(self%branch)
       along = step%tangent_predictor == tangent_always .or. (step%tangent_predictor == tangent_auto .and. self%smooth)
@@ -325,6 +351,20 @@ contains
       call self%history%point(self%tangent%x, rate, arc_norm(self%tangent%x, problem%field, 1.0_wp, self%load_weight), &
                               arc_product(x, self%tangent%x, problem%field) + self%load_weight*change)
    end subroutine remember
+
+   !> At a located bifurcation point: if it is the one where the step asks for it, the next increment goes along the null vector.
+   subroutine pass_bifurcation(self, problem, step, null_vector)
+      class(tracker_t), intent(inout) :: self
+      class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      real(wp), allocatable, intent(in) :: null_vector(:)
+      self%bifurcations = self%bifurcations + 1
+      if (self%bifurcations /= step%switch_branch) return
+      self%branch = null_vector
+      self%size = abs(step%branch_amplitude)
+      if (.not. self%size > 0) self%size = 0.01_wp*problem%size
+      call self%history%forget()
+   end subroutine pass_bifurcation
 
    !> Remember the increment that has just converged, to interpolate in it.
    subroutine keep_increment(self, problem, scaling)

@@ -1,7 +1,7 @@
 !> The history file NAME.history.csv: one row per converged increment, values in full precision, flushed at once.
 !>
-!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point,residual,correction,snap. Names are
-!> quoted where CSV needs it.
+!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point,residual,correction,snap,
+!> found_by,stabilisation. Names are quoted where CSV needs it.
 module finshell_history
    use finshell_disk, only: cut_in_system, length_in_system, rename_in_system
    use finshell_error, only: error_t, raise, text_of
@@ -73,7 +73,7 @@ contains
       end if
       do i = 2, merge(0, size(lines), allocated(error))
          read (lines(i)%text, *, iostat=status) increment
-         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 7 + size(monitors)) &
+         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 9 + size(monitors)) &
             & call self%put(lines(i)%text, error)
          if (allocated(error)) exit
       end do
@@ -94,7 +94,7 @@ contains
          row = row//','//exact(monitor_value(record, i))
       end do
       row = row//','//text_of(record%critical_point)//','//text_of(record%residual)//','//text_of(record%correction) &
-         //','//text_of(record%snap)
+         //','//text_of(record%snap)//','//text_of(record%found_by)//','//text_of(record%stabilisation)
       call self%put(row, error)
    end subroutine append
 
@@ -159,7 +159,7 @@ contains
       do i = 1, size(monitors)
          line = line//','//quoted(monitors(i)%text)
       end do
-      line = line//',critical_point,residual,correction,snap'
+      line = line//',critical_point,residual,correction,snap,found_by,stabilisation'
    end function header
 
    !> A name as CSV wants it: in quotes, doubled inside, when it holds a comma, a quote or a blank at its ends.
