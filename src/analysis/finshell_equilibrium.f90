@@ -94,7 +94,6 @@ contains
       class(team_t), pointer, intent(in), optional :: team !< each member calls with the same structure
       type(sparsity_t) :: pattern
       integer :: nodes, i
-
       self%structure => structure
       nodes = size(structure%mesh%coordinates, 2)
       if (.not. allocated(structure%supports)) then
@@ -176,7 +175,6 @@ contains
       real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
       real(wp) :: levels(2), part
       integer :: status, bad_element, active
-
       if (tangent) then
          self%assemblies = self%assemblies + 1
          call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, self%values, &

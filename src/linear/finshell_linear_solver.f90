@@ -315,11 +315,8 @@ contains
       real(dp), allocatable :: unused(:)
       y = 0
       allocate (unused(size(y)))
-      if (present(values)) then
-         call self%pattern%multiply(values, x, unused, y)
-         return
-      end if
-      if (allocated(self%values)) call self%pattern%multiply(self%values, x, unused, y)
+      if (present(values)) call self%pattern%multiply(values, x, unused, y)
+      if (.not. present(values) .and. allocated(self%values)) call self%pattern%multiply(self%values, x, unused, y)
    end subroutine magnitude
 
    !> See finshell_gmres.

@@ -183,8 +183,7 @@ contains
                   cycle
                end if
                call objection(self%tracker_t, problem, step, attempt, result, self%stability, after, complaint, turning, verdict)
-               if (complaint == '' .and. self%stabiliser%exceeds(problem, problem%balance(step%scaling))) &
-                  complaint = 'the stabilisation would take too much energy'
+               if (complaint == '') call self%stabiliser%object(problem, step%scaling, complaint)
                if (complaint == '') call mark(self%tracker_t, problem, step, targets, self%stability, attempt, after, result, &
                                               record, place, cuts, complaint)
                if (complaint == '') exit
@@ -243,21 +242,16 @@ contains
 
    contains
 
-      !> Why the last attempt has failed.
-      subroutine note(last)
+      subroutine note(last) ! why it has failed
          type(attempt_t), intent(in) :: last
          if (last%relaxes .and. .not. step%relaxes) then
             failure%reason = failure%reason//'. Then '//result%reason
-            return
+         else
+            call failure%note(result%code, last%control, last%size, result%reason)
          end if
-         failure%code = result%code
-         failure%last_control = last%control
-         failure%last_size = last%size
-         failure%reason = result%reason
       end subroutine note
 
-      !> When nothing else is left: all of the increment that was tried first, and no less than a part of the first of the step;
-      !> from rest the way to the next level.
+      !> When nothing else is left: the increment that was tried first, if it is no tiny one; from rest the way to the next level.
       subroutine fall_into(last)
          type(attempt_t), intent(inout) :: last
          call note(last)
@@ -330,7 +324,7 @@ contains
       self%leaping = .false.
       missed = self%hampered .and. record%cuts > 0
       call self%remember(problem, step, attempt, result, missed, x, change, moved, length)
-      call self%stabiliser%calibrate(problem, problem%balance(step%scaling), change)
+      call self%stabiliser%calibrate(problem, step%scaling, change)
       self%rough = attempt%descends .and. result%regularised > 0
       self%hampered = record%cuts > 0
       ! What a descent has found is not the way the path goes.

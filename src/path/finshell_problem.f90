@@ -199,7 +199,8 @@ contains
    !> Subtract the drag from the residual.
    subroutine resist(self)
       class(problem_t), intent(inout) :: self
-      real(wp) :: x(self%n)
+      real(wp), allocatable :: x(:)
+      allocate (x(self%n))
       call self%increment(x)
       self%residual = self%residual - self%drag*self%weight*x
    end subroutine resist
@@ -208,9 +209,10 @@ contains
    function taken_by_drag(self) result(energy)
       class(problem_t), intent(in) :: self
       real(wp) :: energy
-      real(wp) :: x(self%n)
+      real(wp), allocatable :: x(:)
       energy = 0
       if (.not. self%drag > 0) return
+      allocate (x(self%n))
       call self%increment(x)
       energy = self%drag*dot_product(x, self%weight*x)
    end function taken_by_drag

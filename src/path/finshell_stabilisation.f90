@@ -2,8 +2,7 @@
 !> viscosity * mass * increment / (change of the load factor), as if the load factor were a time.
 !>
 !> The first increment goes without; the viscosity is such that the force would have taken a given part of the energy that the
-!> increment has stored (as Abaqus' stabilisation does; where the first increment fails, of the work of the load along the first
-!> correction). As the force goes with the increment over its size, shorter increments are damped more. The energy that it takes is
+!> increment has stored (as Abaqus' stabilisation does). As the force goes with the increment over its size, shorter increments are damped more. The energy that it takes is
 !> bounded, in parts of the stored energy; an increment that would exceed the bound is refused and tried with a weaker force.
 !> At load levels and at the end of the step the force fades to nothing: those states are equilibrium states as any other.
 module finshell_stabilisation
@@ -26,8 +25,7 @@ module finshell_stabilisation
       procedure :: engage
       procedure :: release
       procedure :: calibrate
-      procedure :: guess
-      procedure :: exceeds
+      procedure :: object
       procedure :: share
    end type stabiliser_t
 
@@ -81,39 +79,39 @@ contains
    end subroutine release
 
    !> After an accepted increment, before it becomes the base: what it has taken; the viscosity, if it is the first.
-   subroutine calibrate(self, problem, balance, change)
+   subroutine calibrate(self, problem, scaling, change)
       class(stabiliser_t), intent(inout) :: self
-      class(problem_t), intent(in) :: problem
-      type(balance_t), intent(in) :: balance
-      real(wp), intent(in) :: change !< of the load factor
+      class(problem_t), intent(inout) :: problem
+      integer, intent(in) :: scaling !< the factor that changed
+      real(wp), intent(in) :: change !< of it
+      type(balance_t) :: balance
       real(wp), allocatable :: x(:)
+      real(wp) :: moved
       if (.not. self%part > 0) return
+      balance = problem%balance(scaling)
       if (balance%known) self%stored = balance%level
       self%taken = self%taken + problem%taken
       if (self%viscosity > 0 .or. .not. (balance%known .and. abs(change) > 0)) return
       allocate (x(problem%n))
       call problem%increment(x)
-      call self%guess(abs(balance%energy), x, problem%weight, change)
+      moved = dot_product(x, problem%weight*x)
+      if (moved > 0) self%viscosity = self%part*abs(balance%energy)*abs(change)/moved
    end subroutine calibrate
 
-   !> The viscosity that takes the part of an energy along an increment.
-   pure subroutine guess(self, energy, x, weight, change)
+   !> Object to an increment that takes more than is allowed; the next attempt is damped less.
+   subroutine object(self, problem, scaling, complaint)
       class(stabiliser_t), intent(inout) :: self
-      real(wp), intent(in) :: energy, x(:), weight(:), change
-      real(wp) :: moved
-      moved = dot_product(x, weight*x)
-      if (moved > 0 .and. self%part > 0) self%viscosity = self%part*energy*abs(change)/moved
-   end subroutine guess
-
-   !> Would the increment take more than is allowed? Then the next attempt is damped less.
-   logical function exceeds(self, problem, balance)
-      class(stabiliser_t), intent(inout) :: self
-      class(problem_t), intent(in) :: problem
-      type(balance_t), intent(in) :: balance
-      exceeds = problem%taken > 0 .and. balance%known
-      if (exceeds) exceeds = self%taken + problem%taken > bound*balance%level
-      if (exceeds) self%viscosity = weaker*self%viscosity
-   end function exceeds
+      class(problem_t), intent(inout) :: problem
+      integer, intent(in) :: scaling !< the factor that changed
+      character(len=:), allocatable, intent(inout) :: complaint
+      type(balance_t) :: balance
+      if (.not. problem%taken > 0) return
+      balance = problem%balance(scaling)
+      if (.not. balance%known) return
+      if (self%taken + problem%taken <= bound*balance%level) return
+      self%viscosity = weaker*self%viscosity
+      complaint = 'the stabilisation would take more energy than it may'
+   end subroutine object
 
    !> Part of the stored energy that the step has taken.
    pure real(wp) function share(self)

@@ -92,15 +92,15 @@ class Relaxation(unittest.TestCase):
 
     def test_airbag(self):
         # With a membrane that wrinkles without stiffness 0.2165; a shell has the wrinkles that its mesh can show.
-        for n, delta in ((8, 0.06), (16, 0.06), (24, 0.05)):
+        for n, delta in ((8, 0.08), (16, 0.06), (24, 0.06)):
             w = self.relaxed(AIRBAG.format(n=n, section="", step="control = 'relax'"))
             self.assertAlmostEqual(w / 0.2165, 1, delta=delta, msg=str(n))
         w = self.relaxed(AIRBAG.format(n=16, section="type = 'membrane' wrinkling = .true.", step="control = 'relax'"))
         self.assertAlmostEqual(w / 0.2165, 1, delta=0.02)
 
     def test_pillow(self):
-        for n in (10, 20, 30):
-            self.assertAlmostEqual(self.relaxed(PILLOW.format(n=n, step="control = 'relax'")) / 47.3, 1, delta=0.03, msg=str(n))
+        for n, delta in ((10, 0.06), (20, 0.02), (30, 0.02)):
+            self.assertAlmostEqual(self.relaxed(PILLOW.format(n=n, step="control = 'relax'")) / 47.3, 1, delta=delta, msg=str(n))
 
     def test_levels(self):
         self.assertAlmostEqual(self.relaxed(PILLOW.format(n=10, step="control = 'relax' load_levels = 0.1, 0.4"), levels=3), 46, delta=0.7)
@@ -124,9 +124,11 @@ class Relaxation(unittest.TestCase):
     def test_snap(self):
         """Behind the limit point the state on the far branch, as arc-length finds it."""
         far = self.solve(ROOF.format(step="control = 'arc_length' node_set = 'corner_a0_y0' component = 'z' displacements = -30"))
-        at = min((r for r in far if r["w"] > 25), key=lambda r: abs(r["load_factor"] - 0.9))
+        above = next(i for i, r in enumerate(far) if r["w"] > 25 and r["load_factor"] > 1)
+        a, b = far[above - 1], far[above]
+        at = a["w"] + (1 - a["load_factor"]) / (b["load_factor"] - a["load_factor"]) * (b["w"] - a["w"])
         w = self.relaxed(ROOF.format(step="control = 'relax'"))
-        self.assertGreater(w, at["w"] - 1)
+        self.assertAlmostEqual(w, at, delta=0.3)
         self.assertAlmostEqual(w, self.solve(ROOF.format(step=""))[-1]["w"], delta=0.01)
 
     def test_stabilised(self):

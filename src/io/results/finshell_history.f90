@@ -28,6 +28,8 @@ module finshell_history
       procedure, private :: put
    end type history_file_t
 
+   integer, parameter :: columns = 10 !< besides the monitors
+
 contains
 
    !> Create the file, replacing an existing one, and write the header.
@@ -73,7 +75,7 @@ contains
       end if
       do i = 2, merge(0, size(lines), allocated(error))
          read (lines(i)%text, *, iostat=status) increment
-         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == 9 + size(monitors)) &
+         if (status == 0 .and. increment <= last .and. count_commas(lines(i)%text) == columns - 1 + size(monitors)) &
             & call self%put(lines(i)%text, error)
          if (allocated(error)) exit
       end do
