@@ -9,6 +9,7 @@
 !> All judgements are free of units: equation i is measured by scale(i), such that entry (i, j) is compared with
 !> scale(i) scale(j); for a definite matrix this is the root of the diagonal.
 !> A matrix is called singular when a vector v has |A v| <= singular_tolerance |v| in that measure.
+
 module finshell_linear_solver
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use finshell_blas_threads, only: to_blas, to_openmp
@@ -365,11 +366,8 @@ contains
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
       type(error_t), allocatable, intent(out) :: error
-      if (self%by_second) then
-         call self%second%solve(b, x, error)
-      else
-         call self%first%solve(b, x, error)
-      end if
+      if (self%by_second) call self%second%solve(b, x, error)
+      if (.not. self%by_second) call self%first%solve(b, x, error)
    end subroutine backend
 
    !> Give everything back; the counters start again.
