@@ -1,14 +1,16 @@
-!> Dynamic relaxation: to a stable equilibrium state under a given load through a motion that loses its energy, with explicit steps.
+!> Dynamic relaxation: to a stable equilibrium state under a given load through a motion that loses its energy, with explicit
+!> steps.
 !>
 !> The masses are fictitious: as small as they may be for steps of length 1 to be stable (`inertia` of the problem), so that all
 !> parts of the structure move as fast as they can. The load comes in over the first steps. A shell is stopped where its kinetic
-!> energy passes a peak (Cundall 1976, Barnes 1988). A membrane trembles in its slack parts and passes peaks all the time: its motion
-!> is damped critically, by the frequency that the Rayleigh quotient of the velocity and of the change of the forces gives
+!> energy passes a peak (Cundall 1976, Barnes 1988). A membrane trembles in its slack parts and passes peaks all the time: its
+!> motion is damped critically, by the frequency that the Rayleigh quotient of the velocity and of the change of the forces gives
 !> (Underwood 1983, Oakley & Knight 1995). Measured, each does in a third of the steps, or at all, what the other takes.
 !>
 !> The motion goes over wrinkles and snaps that stop Newton's method and hold up a descent. What it comes near to is made an
-!> equilibrium state by Newton's method, to the same tolerances as ever; else the motion goes on, to a smaller residual. It suits structures that the load stretches. One that only bends, a slender one most of all, is slow by nature
-!> and takes more steps than are allowed; it is left to a descent from where it has come.
+!> equilibrium state by Newton's method, to the same tolerances as ever; else the motion goes on, to a smaller residual. It suits
+!> structures that the load stretches. One that only bends, a slender one most of all, is slow by nature and takes more steps
+!> than are allowed; it is left to a descent from where it has come.
 module finshell_relaxation
    use finshell_kinds, only: wp
    use finshell_status, only: status_not_converged

@@ -2,9 +2,10 @@
 !> viscosity * mass * increment / (change of the load factor), as if the load factor were a time.
 !>
 !> The first increment goes without; the viscosity is such that the force would have taken a given part of the energy that the
-!> increment has stored (as Abaqus' stabilisation does). As the force goes with the increment over its size, shorter increments are damped more. The energy that it takes is
-!> bounded, in parts of the stored energy; an increment that would exceed the bound is refused and tried with a weaker force.
-!> At load levels and at the end of the step the force fades to nothing: those states are equilibrium states as any other.
+!> increment has stored (as Abaqus' stabilisation does). As the force goes with the increment over its size, shorter increments
+!> are damped more. The energy that it takes is bounded, in parts of the stored energy; an increment that would exceed the bound
+!> is refused and tried with a weaker force. At load levels and at the end of the step the force fades to nothing: those states
+!> are equilibrium states as any other.
 module finshell_stabilisation
    use finshell_kinds, only: wp
    use finshell_balance, only: balance_t
@@ -45,8 +46,8 @@ contains
       if (abs(size) > 0) problem%drag = self%viscosity/abs(size)
    end subroutine engage
 
-   !> After the increment has converged (`result`): note what was taken. With `completely` go on to equilibrium without damping; where
-   !> that fails, so has the increment.
+   !> After the increment has converged (`result`): note what was taken. With `completely` go on to equilibrium without damping;
+   !> where that fails, so has the increment.
    subroutine release(self, problem, constraint, settings, mean_levels, completely, result)
       class(stabiliser_t), intent(in) :: self
       class(problem_t), intent(inout) :: problem
