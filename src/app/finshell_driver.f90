@@ -215,7 +215,7 @@ contains
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
       if (problem%solver%on_disk()) write (output_unit, '(a)') 'The factors of the matrix were kept on disk.'
-      if (problem%crumples .and. (reporter%descents > 0 .or. reporter%snaps > 0 .or. reporter%unstable > 0)) &
+      if (problem%crumples .and. (reporter%descents + reporter%relaxations + reporter%snaps + reporter%unstable > 0)) &
          write (output_unit, '(a)') 'Membranes bear compression here, and under it they fold from element to element: the result ' &
          //'depends on the mesh. Let them wrinkle (wrinkling = .true. in &section).'
       if (path%increments > 0 .and. any(input%structure%sections%wrinkling)) write (output_unit, '(a)') &

@@ -245,7 +245,7 @@ contains
       subroutine note(last) ! why it has failed
          type(attempt_t), intent(in) :: last
          if (last%relaxes .and. .not. step%relaxes) then
-            failure%reason = failure%reason//'. Then '//result%reason
+            failure%reason = failure%reason//'. Then '//result%reason(:scan(result%reason//';', ';') - 1)
          else
             call failure%note(result%code, last%control, last%size, result%reason)
          end if
