@@ -15,7 +15,7 @@ from pathlib import Path
 from benchmark_run import EXAMPLES, beside, solve
 
 COUNTS = ("exit", "increments", "iterations")
-FIXED = ("increment", "load_factor", "iterations", "negative_pivots", "critical_point", "residual", "correction", "snap")
+FIXED = ("increment", "load_factor", "iterations", "negative_pivots", "critical_point", "residual", "correction", "snap", "found_by", "stabilisation")
 
 
 def inputs(names):

@@ -33,6 +33,7 @@ module finshell_equilibrium
    use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
    use finshell_inertia, only: inertia_t
+   use finshell_fictitious_mass, only: fictitious_mass, scales
    use finshell_ground, only: add_ground, is_soft, lumped_weight
    use finshell_element_limit, only: element_trouble
    use finshell_team, only: leads, own_elements, shared, team_t
@@ -81,6 +82,7 @@ module finshell_equilibrium
       procedure :: monitored
       procedure :: largest_rotation
       procedure :: magnitude
+      procedure :: inertia
    end type equilibrium_t
 
    !> Of the factorisation: a law without stiffness leaves more than the rounding of the matrix, up to 4 epsilons measured.
@@ -97,7 +99,6 @@ contains
       class(team_t), pointer, intent(in), optional :: team !< each member calls with the same structure
       type(sparsity_t) :: pattern
       integer :: nodes, i
-
       self%structure => structure
       nodes = size(structure%mesh%coordinates, 2)
       if (.not. allocated(structure%supports)) then
@@ -149,9 +150,7 @@ contains
       allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
-      do i = 1, size(self%equations%moved)
-         self%moved_of(self%equations%moved(i)) = i
-      end do
+      self%moved_of(self%equations%moved) = [(i, i=1, size(self%equations%moved))]
       self%moved_elements = pack([(i, i=1, size(structure%mesh%triangles, 2))], &
                                  [(any(self%moved_of(structure%mesh%triangles(:, i)) > 0), i=1, size(structure%mesh%triangles, 2))])
       call new_state(self%state, nodes, structure%cases)
@@ -183,17 +182,15 @@ contains
       real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
       real(wp) :: levels(2), part
       integer :: status, bad_element, active
-
-      associate (s => self%structure)
-         if (tangent) then
-            self%assemblies = self%assemblies + 1
-            call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, self%values, self%entry%energy, &
-                          resultants=stress, toward=toward)
-         else
-            self%force_evaluations = self%force_evaluations + 1
-            call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, energy=self%entry%energy)
-         end if
-      end associate
+      if (tangent) then
+         self%assemblies = self%assemblies + 1
+         call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, self%values, &
+                       self%entry%energy, resultants=stress, toward=toward)
+      else
+         self%force_evaluations = self%force_evaluations + 1
+         call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, &
+                       energy=self%entry%energy)
+      end if
       if (status /= status_ok) then
          ! An infinite displacement is a diverged iteration, not a mistake of the input.
          call raise(error, merge(status_not_converged, status, status == status_not_a_number), &
@@ -242,6 +239,9 @@ contains
       if (allocated(self%inertia)) levels = max(levels, self%inertia%level)
       self%force_level = levels(1)
       self%moment_level = levels(2)
+      if (.not. self%drag > 0) return
+      if (tangent .and. leads(self%team)) self%values(self%diagonal) = self%values(self%diagonal) + self%drag*self%weight
+      call self%resist()
    end subroutine evaluate_toward
 
    subroutine keep_base(self)
@@ -255,6 +255,7 @@ contains
       type(balance_t) :: value
       if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
          scaling, self%external, self%structure, self%equations, self%assembly, value)
+      call value%spend(self%taken)
    end function balance
 
    !> Factorise the tangent. A singular one is an error that names the node and component where the free motion is largest.
@@ -356,6 +357,14 @@ contains
       if (present(added)) call self%solver%magnitude(x, added)
    end subroutine magnitude
 
+   !> See finshell_fictitious_mass.
+   subroutine inertia(self, mass)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), intent(out) :: mass(:)
+      call self%solver%magnitude(scales(self%equations, self%detail), mass, self%values)
+      mass = fictitious_mass(self%equations, self%detail, mass)
+   end subroutine inertia
+
    !> Monitor the mean of a global displacement component over a node set.
    subroutine watch(self, node_set, component, error)
       class(equilibrium_t), intent(inout) :: self
@@ -375,8 +384,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       character(len=*), intent(in), optional :: element_set
       if (allocated(self%watched)) deallocate (self%watched)
-      if (allocated(self%watched_volume)) deallocate (self%watched_volume)
-      allocate (self%watched_volume)
+      if (.not. allocated(self%watched_volume)) allocate (self%watched_volume)
       call new_volume(self%watched_volume, self%structure, self%equations, self%external, error, element_set)
       if (allocated(error)) return
       allocate (self%watched(self%n), source=0.0_wp)

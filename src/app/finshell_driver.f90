@@ -246,13 +246,18 @@ contains
          ' limit or bifurcation points were passed (column critical_point of the history).'
       if (reporter%descents > 0) write (output_unit, '(i0,a)') reporter%descents, &
          ' increments were found by a descent to a stable state, where Newton''s iteration failed; others may exist.'
+      if (reporter%relaxations > 0) write (output_unit, '(3(i0,a))') reporter%relaxations, &
+         ' increments were found by dynamic relaxation in ', reporter%steps, ' steps, the first is number ', &
+         reporter%first_relaxed, ' (column found_by of the history): no path leads there.'
+      if (reporter%stabilisation > 0) write (output_unit, '(a,g0.3,a)') 'Stabilisation took ', 100*reporter%stabilisation, &
+         ' % of the stored energy on the way; states at load levels and at the end are in equilibrium without it.'
       if (reporter%snaps > 0) write (output_unit, '(2(i0,a))') reporter%snaps, &
          ' increments SNAPPED to another state, the first is number ', reporter%first_snap, &
          ' (column snap of the history): what follows may lie on another branch. Follow the path by arc-length to see it.'
       if (reporter%unstable > 0) write (output_unit, '(i0,a)') reporter%unstable, &
          ' increments had negative pivots: under dead load these states are unstable (see the history).'
       if (problem%solver%on_disk()) write (output_unit, '(a)') 'The factors of the matrix were kept on disk.'
-      if (problem%crumples .and. (reporter%descents > 0 .or. reporter%snaps > 0 .or. reporter%unstable > 0)) &
+      if (problem%crumples .and. (reporter%descents + reporter%relaxations + reporter%snaps + reporter%unstable > 0)) &
          write (output_unit, '(a)') 'Membranes bear compression here, and under it they fold from element to element: the result ' &
          //'depends on the mesh. Let them wrinkle (wrinkling = .true. in &section).'
       if (path%increments > 0 .and. any(input%structure%sections%wrinkling)) write (output_unit, '(a)') &

@@ -8,7 +8,7 @@ module finshell_increment_lines
    use finshell_stability, only: event_name
    implicit none
    private
-   public :: show_increment, show_event, show_snap, show_vibration
+   public :: show_increment, show_event, show_relaxation, show_snap, show_vibration
 
    integer, parameter :: shown = 3 !< monitors on the screen
 
@@ -35,6 +35,13 @@ contains
          write (output_unit, '(5x,a)') 'SNAP: this state is not the continuation of the path; shorter increments found none'
       end if
    end subroutine show_snap
+
+   !> An increment that was found by dynamic relaxation.
+   subroutine show_relaxation(record)
+      type(record_t), intent(in) :: record
+      write (output_unit, '(5x,a,i0,a)') 'found by dynamic relaxation in ', record%steps, &
+         ' steps, finished by Newton''s iteration (not along a path; others may exist)'
+   end subroutine show_relaxation
 
    !> Progress: increment, load factor, time where there is motion, monitors, iterations, cuts, pivots, CPU seconds.
    subroutine show_increment(record, headed, monitors, values, motion)

@@ -8,7 +8,7 @@ module finshell_reporter
    use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_error, only: error_t, raise
    use finshell_gaps, only: count_gaps, gap_t
-   use finshell_increment_lines, only: show_event, show_increment, show_snap, show_vibration
+   use finshell_increment_lines, only: show_event, show_increment, show_relaxation, show_snap, show_vibration
    use finshell_factor, only: factor_at
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
@@ -46,6 +46,9 @@ module finshell_reporter
       integer :: last_written = -1
       integer :: unstable = 0 !< increments with negative pivots
       integer :: descents = 0 !< increments found by a descent
+      integer :: relaxations = 0, first_relaxed = 0 !< increments found by dynamic relaxation; the first of them
+      integer :: steps = 0 !< of dynamic relaxation
+      real(wp) :: stabilisation = 0 !< energy that it took in a step, in parts of the stored energy: the largest
       integer :: linear = 0 !< linear solutions and modes
       logical :: estimates = .false. !< of errors are asked for: fields or monitors
       real(wp) :: relative_error = -1 !< of the mesh, estimated, at the end; negative: not known
@@ -265,6 +268,8 @@ contains
       row%residual = record%residual
       row%correction = record%correction
       row%snap = merge(1, 0, record%snap)
+      row%found_by = merge(2, merge(1, 0, record%descended), record%relaxed)
+      row%stabilisation = record%taken
       call self%history%append(row, error)
       if (allocated(error)) return
       do i = 1, size(self%watches)
@@ -293,6 +298,13 @@ contains
          self%descents = self%descents + 1
          if (.not. self%quiet) write (output_unit, '(5x,a)') &
             'Newton''s iteration failed; a descent in energy found this stable state (not along a path; others may exist)'
+      end if
+      self%steps = self%steps + record%steps
+      self%stabilisation = max(self%stabilisation, record%taken)
+      if (record%relaxed) then
+         self%relaxations = self%relaxations + 1
+         if (self%first_relaxed == 0) self%first_relaxed = record%increment
+         if (.not. self%quiet) call show_relaxation(record)
       end if
       if (record%switched > 1) then
          self%switched = self%switched + 1

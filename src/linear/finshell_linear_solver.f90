@@ -9,6 +9,7 @@
 !> All judgements are free of units: equation i is measured by scale(i), such that entry (i, j) is compared with
 !> scale(i) scale(j); for a definite matrix this is the root of the diagonal.
 !> A matrix is called singular when a vector v has |A v| <= singular_tolerance |v| in that measure.
+
 module finshell_linear_solver
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use finshell_blas_threads, only: to_blas, to_openmp
@@ -307,14 +308,16 @@ contains
    end subroutine solve_many
 
    !> |A| |x|, with the matrix factorised last: times epsilon, what rounding x to working precision does to A x.
-   subroutine magnitude(self, x, y)
+   subroutine magnitude(self, x, y, values)
       class(linear_solver_t), intent(in) :: self
       real(dp), intent(in) :: x(:) !< (n)
       real(dp), intent(out) :: y(:) !< (n); zero before the first factorisation
+      real(dp), intent(in), optional :: values(:) !< of another matrix of this pattern
       real(dp), allocatable :: unused(:)
       y = 0
       allocate (unused(size(y)))
-      if (allocated(self%values)) call self%pattern%multiply(self%values, x, unused, y)
+      if (present(values)) call self%pattern%multiply(values, x, unused, y)
+      if (.not. present(values) .and. allocated(self%values)) call self%pattern%multiply(self%values, x, unused, y)
    end subroutine magnitude
 
    !> See finshell_gmres.
@@ -363,11 +366,8 @@ contains
       real(dp), intent(in), contiguous :: b(:, :)
       real(dp), intent(inout), contiguous :: x(:, :)
       type(error_t), allocatable, intent(out) :: error
-      if (self%by_second) then
-         call self%second%solve(b, x, error)
-      else
-         call self%first%solve(b, x, error)
-      end if
+      if (self%by_second) call self%second%solve(b, x, error)
+      if (.not. self%by_second) call self%first%solve(b, x, error)
    end subroutine backend
 
    !> Give everything back; the counters start again.

@@ -45,6 +45,8 @@ module finshell_field
       real(wp) :: residual = 0 !< in the history only: relative, at convergence
       real(wp) :: correction = 0
       integer :: snap = 0 !< in the history only: 1 the increment has snapped to another state
+      integer :: found_by = 0 !< in the history only: 0 Newton's method, 1 a descent, 2 dynamic relaxation
+      real(wp) :: stabilisation = 0 !< in the history only: taken since the step began, in parts of the stored energy
       logical, allocatable :: missing(:) !< (monitors) there is no value; unallocated: there are all
       real(wp), allocatable :: motion(:) !< values of `motion_columns`; unallocated in inputs without steps in time
    end type increment_t

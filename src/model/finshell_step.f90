@@ -89,6 +89,9 @@ module finshell_step
       !> Displacement and volume control: arc-length stands in where the prescribed quantity turns round.
       logical :: switch_control = .true.
       logical :: descent = .true. !< load control: where Newton's method fails, look for a stable state near by going down in energy
+      logical :: relaxes = .false. !< load control: every state by dynamic relaxation (finshell_relaxation)
+      logical :: fallback = .true. !< load control: where all else fails, go on by dynamic relaxation
+      real(wp) :: stabilise = 0 !< load control: part of the energy of the first increment that damping would take; 0: no damping
       logical :: cautious = .false. !< refuse increments that bend sharply, jump in pivots or miss their prediction by far
       integer :: snap = snap_mark !< see finshell_caution; snap_ignore: as any other increment
       integer :: patience = 200 !< increments without coming nearer to the target than before; 0: no limit
@@ -122,6 +125,8 @@ contains
       ramp%first_increment = 1
       ramp%growth = step%growth
       ramp%descent = step%descent
+      ramp%relaxes = step%relaxes
+      ramp%fallback = step%fallback
       ramp%wanted_iterations = step%wanted_iterations
    end function constant_ramp
 

@@ -24,6 +24,8 @@ module finshell_balance
       real(wp) :: level = 0 !< the stored energy
       real(wp) :: throughput = 0 !< magnitude of the work, whether or not it cancels on the way
       real(wp) :: duality = 0 !< (change of the displacement that does work per factor) - (change of the reaction to the motion)
+   contains
+      procedure :: spend
    end type balance_t
 
    !> The tangent to the path at one of its states.
@@ -52,6 +54,14 @@ module finshell_balance
    real(wp), parameter :: largest_turn = 2.5_wp !< beyond this a relative rotation may be one of more than half a turn
 
 contains
+
+   !> Some of the work has gone into damping.
+   pure subroutine spend(self, energy)
+      class(balance_t), intent(inout) :: self
+      real(wp), intent(in) :: energy
+      self%work = self%work - energy
+      self%least = self%least - energy
+   end subroutine spend
 
    !> The tangent in scalars. `rate`, `held`: derivative of the residual, and stiffness of the motion of supports, where x
    !> was solved for.

@@ -46,7 +46,7 @@ contains
       allocate (x(problem%n))
       call problem%increment(x)
       if (step%snap /= snap_ignore) then
-         if (attempt%descends .and. result%regularised > 0) then
+         if ((attempt%descends .or. attempt%relaxes) .and. result%regularised > 0) then
             verdict = judge_descent(problem%balance(step%scaling))
             if (allocated(attempt%predicted)) verdict%snap = verdict%snap .or. arc_norm(x - attempt%predicted, problem%field, &
                0.0_wp, 0.0_wp) > surprise*arc_norm(x, problem%field, 0.0_wp, 0.0_wp)

@@ -32,6 +32,8 @@ module finshell_diagnosis
       integer :: last_control = 0 !< of the last attempt
       real(wp) :: last_size = 0
       character(len=:), allocatable :: reason !< why the last attempt failed
+   contains
+      procedure :: note
    end type failure_t
 
    !> A limit point is near when it is not farther than this many times the increment that failed.
@@ -44,6 +46,19 @@ module finshell_diagnosis
    real(wp), parameter :: lost_slenderness = 3.0e-6_wp
 
 contains
+
+   !> The last attempt, and why it has failed.
+   pure subroutine note(self, code, control, size, reason)
+      class(failure_t), intent(inout) :: self
+      integer(i4), intent(in) :: code
+      integer, intent(in) :: control
+      real(wp), intent(in) :: size
+      character(len=*), intent(in) :: reason
+      self%code = code
+      self%last_control = control
+      self%last_size = size
+      self%reason = reason
+   end subroutine note
 
    !> Is the limit point so near that an increment of this size fails because of it?
    pure function nears_limit(way, size) result(yes)

@@ -22,6 +22,7 @@ module finshell_newton_result
       type(tangent_t) :: last !< where it ended; both a correction before that
       real(wp), allocatable :: x_t(:) !< change of the unknowns per load factor, last iteration; unallocated in load control
       integer :: regularised = 0 !< iterations with a stand-in stiffness or, in a descent, with inertia
+      integer :: steps = 0 !< explicit ones, of a relaxation
       integer(i4) :: code = status_ok
       character(len=:), allocatable :: reason !< why it did not converge
    end type newton_result_t

@@ -40,6 +40,9 @@ module finshell_observer
       real(wp) :: load_cosine = 0 !< located: between the null vector and the load
       integer :: regularised = 0 !< iterations with a stand-in for the stiffness that the law does not have (finshell_ground)
       logical :: descended = .false. !< found by a descent (finshell_descent), after Newton's method had failed
+      logical :: relaxed = .false. !< found by dynamic relaxation (finshell_relaxation)
+      integer :: steps = 0 !< of it, failed attempts included
+      real(wp) :: taken = 0 !< by stabilisation since the step began, in parts of the stored energy
       integer :: switched = 0 !< linear solutions that it took to find the fibres that act; 0: no law has such fibres
       real(wp) :: load_factor = 0
       real(wp) :: monitored = 0 !< the step's displacement or volume, 0 when it has none

@@ -26,6 +26,7 @@ module finshell_path
    use finshell_balance, only: verdict_t
    use finshell_diagnosis, only: failure_t, failure_text, crawls_to_limit, where_text
    use finshell_progress, only: progress_t, continues
+   use finshell_stabilisation, only: stabiliser_t
    implicit none
    private
    public :: path_t
@@ -53,6 +54,7 @@ module finshell_path
    end type path_t
 
    real(wp), parameter :: fading = 0.75_wp !< of the memory of failed attempts, from increment to increment
+   real(wp), parameter :: least_fall = 0.1_wp !< of the first increment, for one by dynamic relaxation
 
 contains
 
@@ -100,6 +102,8 @@ contains
       self%substitute = .false.
       self%bifurcations = 0
       self%largest = 0
+      self%falls = 0
+      self%stabiliser = stabiliser_t(part=merge(step%stabilise, 0.0_wp, step%control == control_load .and. .not. step%relaxes))
       self%laboured = 0
       call self%progress%begin(problem%state)
       self%rough = .false.
@@ -191,6 +195,7 @@ contains
          do
             call self%try(problem, step, targets, attempt, result)
             record%iterations = record%iterations + result%iterations
+            record%steps = record%steps + result%steps
             failure%tried_pivots = max(failure%tried_pivots, result%first_pivots)
             turning = .false.
             if (result%converged) then
@@ -205,6 +210,7 @@ contains
                   cycle
                end if
                call objection(self%tracker_t, problem, step, attempt, result, self%stability, after, complaint, turning, verdict)
+               if (complaint == '') call self%stabiliser%object(problem, step%scaling, complaint)
                if (complaint == '') call mark(self%tracker_t, problem, step, targets, self%stability, attempt, after, result, &
                                               record, place, cuts, complaint)
                if (complaint == '') exit
@@ -234,13 +240,13 @@ contains
                self%leaping = .true.
                self%size = self%snapped_size
                cuts = 0
+            else if ((exhausted() .or. crawls) .and. self%may_fall_back(problem, step, attempt)) then
+               call fall_into(attempt)
+               cycle
             else if (exhausted() .or. crawls .or. (ended .and. step%snap == snap_refuse)) then
                self%iterations = self%iterations + record%iterations
                self%cuts = self%cuts + cuts
-               failure%code = result%code
-               failure%last_control = attempt%control
-               failure%last_size = attempt%size
-               failure%reason = result%reason
+               call note(attempt)
                call raise(error, result%code, where_text(step, problem)//': '//failure_text(failure)//fold_text(self%snapped_size))
                return
             end if
@@ -266,6 +272,26 @@ contains
       end do
 
    contains
+
+      subroutine note(last) ! why it has failed
+         type(attempt_t), intent(in) :: last
+         if (last%relaxes .and. .not. step%relaxes) then
+            failure%reason = failure%reason//'. Then '//result%reason(:scan(result%reason//';', ';') - 1)
+         else
+            call failure%note(result%code, last%control, last%size, result%reason)
+         end if
+      end subroutine note
+
+      !> When nothing else is left: the increment that was tried first, if it is no tiny one; from rest the way to the next level.
+      subroutine fall_into(last)
+         type(attempt_t), intent(inout) :: last
+         call note(last)
+         self%size = max(abs(failure%size), least_fall*targets%first_size)
+         if (failure%increment == 0) self%size = huge(self%size) ! a sheet, which the load has to stretch
+         last = self%plan(problem, step, targets, no_landing)
+         last%relaxes = .true.
+         self%falls = self%falls + 1
+      end subroutine fall_into
 
       logical function exhausted()
          exhausted = cuts > step%maximum_cuts .or. self%size < targets%smallest_size*self%length_per_factor
@@ -329,10 +355,11 @@ contains
       self%leaping = .false.
       missed = self%hampered .and. record%cuts > 0
       call self%remember(problem, step, attempt, result, missed, x, change, moved, length)
+      call self%stabiliser%calibrate(problem, step%scaling, change)
       self%rough = attempt%descends .and. result%regularised > 0
       self%hampered = record%cuts > 0
       ! What a descent has found is not the way the path goes.
-      if (self%rough .and. step%control == control_load) call self%history%forget()
+      if ((self%rough .or. attempt%relaxes) .and. step%control == control_load) call self%history%forget()
 
       problem%state%increment = problem%state%increment + 1
       call problem%accept()
@@ -353,7 +380,9 @@ contains
       self%last%increment = problem%state%increment
       self%last%control = attempt%control
       self%last%descended = self%rough
-      if (.not. self%rough) self%last%regularised = result%regularised
+      self%last%relaxed = attempt%relaxes
+      self%last%taken = self%stabiliser%share()
+      if (.not. (self%rough .or. attempt%relaxes)) self%last%regularised = result%regularised
       self%last%load_factor = problem%state%load_factor
       self%last%monitored = monitored(problem, problem%state)
       self%last%size = attempt%size
@@ -387,7 +416,7 @@ contains
       else if (step%control == control_arc_length .and. first) then
          if (abs(change) > 0) self%length_per_factor = length/abs(change)
          self%size = next_size(length, result%iterations, cuts, step)
-      else if (self%rough .or. attempt%softly) then
+      else if (self%rough .or. attempt%softly .or. attempt%relaxes) then
          ! How hard a descent or a soft start was says nothing about the next increment.
          self%size = max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0))
       else if (.not. attempt%landing) then

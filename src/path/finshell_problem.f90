@@ -32,6 +32,9 @@ module finshell_problem
       !> There are parts without stiffness in the reference state where rounding may hide it: membranes.
       logical :: limp = .false.
       logical :: crumples = .false. !< there are membranes that bear compression: under it they fold from element to element
+      !> Damping of a static step: times `weight` and the increment, a force against it; `evaluate` adds it to residual and matrix.
+      real(wp) :: drag = 0
+      real(wp) :: taken = 0 !< energy that it has taken in the increment
       real(wp), allocatable :: weight(:) !< (n) a lumped mass of density 1, for a descent (finshell_descent)
 
       ! Left by `evaluate`:
@@ -62,6 +65,9 @@ module finshell_problem
       procedure :: keep_base
       procedure :: largest_rotation
       procedure :: magnitude
+      procedure :: inertia
+      procedure :: resist
+      procedure :: taken_by_drag
       procedure :: change
       procedure :: accept
       procedure :: restore
@@ -181,6 +187,35 @@ contains
       x = 0*self%size
       if (present(added)) added = 0
    end subroutine magnitude
+
+   !> Masses with which no vibration of the structure is faster than steps of length 1 can follow, from the matrix of the last
+   !> `evaluate` with tangent. To be overridden by problems that can be relaxed; zero: not known.
+   subroutine inertia(self, mass)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(out) :: mass(:) !< (n)
+      mass = 0*self%size
+   end subroutine inertia
+
+   !> Subtract the drag from the residual.
+   subroutine resist(self)
+      class(problem_t), intent(inout) :: self
+      real(wp), allocatable :: x(:)
+      allocate (x(self%n))
+      call self%increment(x)
+      self%residual = self%residual - self%drag*self%weight*x
+   end subroutine resist
+
+   !> Energy that the drag takes from `base` to `state`.
+   function taken_by_drag(self) result(energy)
+      class(problem_t), intent(in) :: self
+      real(wp) :: energy
+      real(wp), allocatable :: x(:)
+      energy = 0
+      if (.not. self%drag > 0) return
+      allocate (x(self%n))
+      call self%increment(x)
+      energy = self%drag*dot_product(x, self%weight*x)
+   end function taken_by_drag
 
    !> Change of a factor from `base` to `state`.
    pure function change(self, scaling) result(value)

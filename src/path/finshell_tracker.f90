@@ -6,10 +6,12 @@ module finshell_tracker
    use finshell_problem, only: problem_t
    use finshell_state, only: state_t
    use finshell_step, only: convergence_t, step_t, control_load, control_displacement, control_arc_length, control_volume, &
-      prescribes_monitored, mixed_auto, mixed_never, tangent_always, tangent_auto, tangent_never
+      prescribes_monitored, snap_refuse, mixed_auto, mixed_never, tangent_always, tangent_auto, tangent_never
    use finshell_control, only: constraint_t, control_vector, arc_norm, arc_product
    use finshell_newton, only: newton_result_t, solve_increment, too_soft
    use finshell_descent, only: descend
+   use finshell_relaxation, only: relax
+   use finshell_stabilisation, only: stabiliser_t
    use finshell_start, only: start_softly
    use finshell_predictor, only: history_t
    use finshell_balance, only: tangent_t
@@ -29,6 +31,7 @@ module finshell_tracker
       real(wp) :: turn = 0 !< rotation of the linear answer to it
       logical :: descends = .false. !< by finshell_descent, without prediction; load control only
       real(wp) :: reach = huge(1.0_wp) !< of a descent
+      logical :: relaxes = .false. !< by finshell_relaxation, without prediction; load control only
       logical :: landing = .false. !< a load level or monitored value is to be met, in another measure than the step's
       real(wp) :: prescribed = 0 !< the value that is prescribed, set by `try`
       real(wp) :: interpolate = 0 !< > 0: start at this fraction of the increment that overshot
@@ -50,6 +53,9 @@ module finshell_tracker
       logical :: smooth = .true.
       logical :: young = .false. !< the last increment began a branch
       real(wp), allocatable :: branch(:) !< the next increment leaves the path along this vector
+      integer :: bifurcations = 0 !< located in this step
+      type(stabiliser_t) :: stabiliser
+      integer :: falls = 0 !< increments of this step that were left to dynamic relaxation, all else having failed
       type(tangent_t) :: tangent !< to the path at the last converged state; not known at the start of a step
       real(wp) :: snapped_size = 0 !< of the first increment from here that was refused for a snap; 0: none
       integer :: snapped_control = 0
@@ -68,10 +74,13 @@ module finshell_tracker
       procedure :: remember
       procedure :: may_start_softly
       procedure :: may_descend
+      procedure :: may_fall_back
+      procedure :: pass_bifurcation
    end type tracker_t
 
    !> A descent that moves the structure by more than this part of all it has moved is a snap, not the way on.
    real(wp), parameter :: near = 0.5_wp
+   integer, parameter :: most_falls = 20 !< in a step
 
 contains
 
@@ -120,6 +129,7 @@ contains
       logical :: last !< there is no point in a quarter
 
       yes = step%descent .and. allocated(problem%weight) .and. attempt%control == control_load .and. .not. attempt%descends &
+         .and. .not. attempt%relaxes &
          .and. .not. attempt%landing .and. (step%control == control_load .or. self%history%count == 0)
       ! Where larger increments snap (finshell_caution) a descent would do so too.
       yes = yes .and. .not. self%snapped_size > 0
@@ -140,6 +150,16 @@ contains
       if (yes .and. cuts == 1 .and. .not. last) attempt%size = attempt%size/cut_ratio
    end function may_descend
 
+   !> May an increment be left to dynamic relaxation, all else having failed? Not where snaps are refused.
+   pure logical function may_fall_back(self, problem, step, attempt) result(yes)
+      class(tracker_t), intent(in) :: self
+      class(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(attempt_t), intent(in) :: attempt
+      yes = step%fallback .and. step%control == control_load .and. attempt%control == control_load .and. .not. attempt%relaxes &
+         .and. step%snap /= snap_refuse .and. allocated(problem%weight) .and. self%falls < most_falls
+   end function may_fall_back
+
    !> Choose what the next increment prescribes.
    function plan(self, problem, step, targets, no_landing) result(attempt)
       class(tracker_t), intent(in) :: self
@@ -159,6 +179,8 @@ contains
          attempt%size = sign(size, step%branch_amplitude)
          return
       end if
+      attempt%relaxes = step%relaxes
+      if (step%relaxes) size = abs(targets%next_level() - factor)
       if (targets%largest_size > 0) size = min(size, targets%largest_size*self%length_per_factor)
       attempt%control = merge(control_arc_length, step%control, self%substitute)
       select case (attempt%control)
@@ -201,8 +223,9 @@ contains
       type(convergence_t) :: settings
       real(wp), allocatable :: x(:)
       real(wp) :: change, scale, length, angle
-      logical :: known, young
+      logical :: known, young, complete
 
+      problem%taken = 0
       allocate (x(problem%n))
       settings = step%convergence
       ! Mixed iteration leads away from a branch that has just begun.
@@ -234,7 +257,7 @@ contains
          x = attempt%interpolate*self%overshoot
          change = attempt%interpolate*self%overshoot_change
          known = .true.
-      else if (step%extrapolate .and. .not. attempt%descends) then
+      else if (step%extrapolate .and. .not. (attempt%descends .or. attempt%relaxes)) then
          call self%history%predict(attempt%control, attempt%size, x, change, known, attempt%along, attempt%chord)
       end if
       if (known) then
@@ -251,13 +274,22 @@ contains
          constraint%previous = self%history%vector(:, 1)
          constraint%previous_change = self%history%factor(1)
       end if
-      if (attempt%softly .and. .not. attempt%descends) then
+      if (attempt%relaxes) then
+         call relax(problem, constraint%target, step%convergence, self%mean_levels, result, step%scaling)
+      else if (attempt%softly .and. .not. attempt%descends) then
          call start_softly(problem, constraint%target, attempt%turn, settings, self%mean_levels, step%scaling, result)
       else if (attempt%descends) then
          call descend(problem, constraint%target, step%convergence, self%mean_levels, attempt%reach, result, step%scaling)
       else
+         if (attempt%control == control_load) call self%stabiliser%engage(problem, attempt%size)
          call solve_increment(problem, constraint, settings, self%mean_levels, result, &
                               stable=at_rest(self, problem, step, attempt) .and. .not. attempt%again)
+         if (result%converged) then
+            complete = .true.
+            if (targets%has_level()) complete = abs(constraint%target - targets%next_level()) <= 0
+            call self%stabiliser%release(problem, constraint, settings, self%mean_levels, complete, result)
+         end if
+         problem%drag = 0
       end if
       if (result%converged .and. attempt%control == control_load) &
          call set_factor(problem%state, step%scaling, constraint%target) ! its last bits may differ
@@ -311,8 +343,8 @@ contains
       logical :: along
       call self%history%remember(x, change, moved, length)
       self%smooth = self%smooth .and. problem%negative_pivots == 0 .and. .not. missed &
-                    .and. .not. (attempt%descends .or. result%rounding) .and. step%control /= control_arc_length &
-                    .and. attempt%control /= control_arc_length
+                    .and. .not. (attempt%descends .or. attempt%relaxes .or. result%rounding) &
+                    .and. step%control /= control_arc_length .and. attempt%control /= control_arc_length
       ! The start of a branch was found from where the tangent is that of another path.
       self%young = allocated(self%branch)
       along = step%tangent_predictor == tangent_always .or. (step%tangent_predictor == tangent_auto .and. self%smooth)

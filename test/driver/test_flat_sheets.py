@@ -153,7 +153,7 @@ class FlatSheets(unittest.TestCase):
         run, rows = self.run_input(PILLOW.format(n=10, step="first_increment = 0.3"))
         self.assertEqual(run.returncode, 0)
         self.assertIn("increments were found by a descent to a stable state", run.stdout)
-        run, rows = self.run_input(PILLOW.format(n=10, step="descent = .false."))
+        run, rows = self.run_input(PILLOW.format(n=10, step="descent = .false. fallback = .false."))
         self.assertEqual(run.returncode, 1)
         self.assertNotIn("descent", run.stdout)
 

@@ -108,14 +108,14 @@ class ResultFiles(unittest.TestCase):
         self.assertGreater(self.steps(), 5)
         self.assertEqual(len(list(ElementTree.parse(self.path / "model.xdmf").iter("Time"))), self.steps())
         rows = (self.path / "model.history.csv").read_text().splitlines()
-        self.assertEqual({row.count(",") for row in rows}, {8})
+        self.assertEqual({row.count(",") for row in rows}, {10})
 
     def test_history_or_xdmf_first(self):
         """The history alone grows, up to the limit: rows are complete."""
         self.refuse(self.run_text(LONG + "&output every = 0 /\n", 4096), 1, "model.history.csv", "ulimit -f")
         text = (self.path / "model.history.csv").read_text()
         self.assertTrue(text.endswith("\n"))
-        self.assertEqual({row.count(",") for row in text.splitlines()}, {8})
+        self.assertEqual({row.count(",") for row in text.splitlines()}, {10})
         self.assertGreater(len(text), 3500)
 
     def test_two_runs_of_one_name(self):

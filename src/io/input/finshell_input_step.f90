@@ -9,7 +9,7 @@ module finshell_input_step
    use finshell_step, only: leaves_state, snap_ignore, snap_mark, snap_refuse
    use finshell_step, only: mass_consistent, mass_higher_order, mass_lumped, mixed_always, mixed_never
    use finshell_step, only: tangent_always, tangent_never
-   use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
+   use finshell_namelist, only: get_number_or_switch, group_t, get, has, check_all_used, complain_about
    use finshell_input_preset, only: preset_t
    use finshell_input_time_step, only: read_time_step
    use finshell_input_case, only: get_case, name_t
@@ -18,6 +18,7 @@ module finshell_input_step
    private
    public :: read_step
 
+   real(wp), parameter :: usual_stabilisation = 2.0e-4_wp !< part of the energy of the first increment
    integer, parameter :: most_in_time = 10000000 !< increments of a step in time
 
 contains
@@ -37,7 +38,7 @@ contains
       call get(group, 'name', step%name, error, default=default_name)
       call get_case(group, cases, step%case, error)
       call get(group, 'control', control, error, default='load', &
-         choices='load, displacement, arc_length, volume, dynamic, explicit, linear, buckling, frequencies')
+         choices='load, displacement, arc_length, volume, relax, dynamic, explicit, linear, buckling, frequencies')
       if (allocated(error)) return
       select case (control)
       case ('displacement'); step%control = control_displacement
@@ -48,7 +49,9 @@ contains
       case ('linear'); step%control = control_linear
       case ('buckling'); step%control = control_buckling
       case ('frequencies'); step%control = control_frequencies
-      case default; step%control = control_load
+      case default
+         step%control = control_load
+         step%relaxes = control == 'relax'
       end select
       if (leaves_state(step%control)) then
          call read_linear(group, step, error)
@@ -167,6 +170,14 @@ contains
 
       call get(group, 'switch_control', step%switch_control, error, default=step%switch_control)
       call get(group, 'descent', step%descent, error, default=step%descent)
+      call get(group, 'fallback', step%fallback, error, default=step%fallback)
+      call get_number_or_switch(group, 'stabilise', step%stabilise, error, default=step%stabilise, on=usual_stabilisation, &
+                                minimum=0.0_wp)
+      if (allocated(error)) return
+      if (step%stabilise > 0 .and. (step%control /= control_load .or. step%relaxes)) &
+         call complain_about(group, 'stabilise', "only steps with control = 'load' can be stabilised", error)
+      if (step%relaxes .and. has(group, 'fallback')) &
+         call complain_about(group, 'fallback', "a step with control = 'relax' has nothing to fall back on", error)
       call get(group, 'cautious', step%cautious, error, default=step%cautious)
       call get(group, 'snap', snap, error, default='mark', choices='mark, refuse, ignore')
       if (allocated(error)) return

@@ -12,7 +12,7 @@ module finshell_namelist
    use finshell_namelist_values, only: to_integer, to_real, to_logical, to_string, suggestion
    implicit none
    private
-   public :: namelist_t, group_t, read_namelist, parse_namelist, check_groups, check_all_used
+   public :: namelist_t, group_t, read_namelist, parse_namelist, check_groups, check_all_used, get_number_or_switch
    public :: get, get_strings, has, line_of, complain_about, count_groups
 
    !> Take the value of a key: integer, real, logical or string; scalar, or allocatable array for any number of values.
@@ -215,6 +215,27 @@ contains
       call take_one(group, key, .not. present(default), raw, found, error)
       if (found) call to_logical(group, key, raw, value, error)
    end subroutine get_logical
+
+   !> A number, or a switch that stands for one: .true. for `on`, .false. for 0.
+   subroutine get_number_or_switch(group, key, value, error, default, on, minimum)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: key
+      real(wp), intent(inout) :: value
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp), intent(in) :: default, on, minimum
+      type(value_t) :: raw
+      logical :: found, switch
+
+      value = default
+      call take_one(group, key, .false., raw, found, error)
+      if (.not. found) return
+      if (scan(raw%text, '0123456789') > 0) then
+         call to_real(group, key, raw, value, error, minimum)
+      else
+         call to_logical(group, key, raw, switch, error)
+         value = merge(on, 0.0_wp, switch)
+      end if
+   end subroutine get_number_or_switch
 
    subroutine get_string(group, key, value, error, default, choices)
       type(group_t), intent(inout) :: group

@@ -1,7 +1,7 @@
 !> The history file NAME.history.csv: one row per converged increment, values in full precision, flushed at once.
 !>
-!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point,residual,correction,snap, and of inputs
-!> with steps in time motion_columns (finshell_field). Names are quoted where CSV needs it.
+!> Header: increment,load_factor,iterations,negative_pivots,<monitor names>,critical_point,residual,correction,snap,
+!> found_by,stabilisation, and of inputs with steps in time motion_columns (finshell_field). Names are quoted where CSV needs it.
 module finshell_history
    use finshell_disk, only: cut_in_system, length_in_system, rename_in_system
    use finshell_error, only: error_t, raise, text_of
@@ -28,6 +28,8 @@ module finshell_history
       procedure, private :: open_unit
       procedure, private :: put
    end type history_file_t
+
+   integer, parameter :: own_columns = 10 !< besides monitors and motion
 
 contains
 
@@ -109,7 +111,7 @@ contains
          row = row//','//exact(monitor_value(record, i))
       end do
       row = row//','//text_of(record%critical_point)//','//text_of(record%residual)//','//text_of(record%correction) &
-         //','//text_of(record%snap)
+         //','//text_of(record%snap)//','//text_of(record%found_by)//','//text_of(record%stabilisation)
       do i = 1, merge(size(motion_columns), 0, self%in_time)
          row = row//','//exact(record%motion(i))
       end do
@@ -172,7 +174,7 @@ contains
    !> Commas of a row without quotes.
    pure integer function columns(self)
       type(history_file_t), intent(in) :: self
-      columns = 7 + size(self%monitors) + merge(size(motion_columns), 0, self%in_time)
+      columns = own_columns - 1 + size(self%monitors) + merge(size(motion_columns), 0, self%in_time)
    end function columns
 
    function header(monitors, in_time) result(line)
@@ -184,7 +186,7 @@ contains
       do i = 1, size(monitors)
          line = line//','//quoted(monitors(i)%text)
       end do
-      line = line//',critical_point,residual,correction,snap'
+      line = line//',critical_point,residual,correction,snap,found_by,stabilisation'
       do i = 1, merge(size(motion_columns), 0, in_time)
          line = line//','//trim(motion_columns(i))
       end do

@@ -1,0 +1,47 @@
+!> Masses for motions that are not meant: with them no vibration of a structure is faster than steps of length 1 can follow
+!> (finshell_relaxation).
+!>
+!> Central differences are stable where no frequency is above 2. Gershgorin bounds the eigenvalues of M^-1 K by the sums of the
+!> magnitudes in its rows, in any scale of the unknowns: a rotation counts as the displacement that it makes over an element.
+module finshell_fictitious_mass
+   use finshell_kinds, only: wp
+   use finshell_freedoms, only: n_nodal
+   use finshell_equations, only: equations_t, field_displacement
+   implicit none
+   private
+   public :: scales, fictitious_mass
+
+   integer, parameter :: together = 3 !< components of displacement, or of rotation
+   real(wp), parameter :: enough = 0.25_wp !< over the square of the highest frequency
+
+contains
+
+   !> What counts as a displacement of 1.
+   pure function scales(equations, detail) result(unit)
+      type(equations_t), intent(in) :: equations
+      real(wp), intent(in) :: detail !< length of an element
+      real(wp) :: unit(equations%n)
+      unit = merge(1.0_wp, 1/detail, equations%field == field_displacement)
+   end function scales
+
+   !> The displacements of a node have one mass, and its rotations one: stiff directions turn.
+   pure function fictitious_mass(equations, detail, sums) result(mass)
+      type(equations_t), intent(in) :: equations
+      real(wp), intent(in) :: detail
+      real(wp), intent(in) :: sums(:) !< (n) |K| times the scales
+      real(wp) :: mass(equations%n)
+      real(wp) :: bound(equations%n)
+      integer :: i, k, first
+      bound = enough*sums/scales(equations, detail)
+      mass = bound
+      do i = 1, size(equations%number, 2)
+         do first = 1, n_nodal, together
+            do k = first, first + together - 1
+               if (equations%number(k, i) > 0) mass(equations%number(k, i)) = &
+                  maxval(bound(pack(equations%number(first:first + together - 1, i), &
+                                    equations%number(first:first + together - 1, i) > 0)))
+            end do
+         end do
+      end do
+   end function fictitious_mass
+end module finshell_fictitious_mass
