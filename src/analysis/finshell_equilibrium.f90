@@ -14,6 +14,7 @@ module finshell_equilibrium
    use finshell_batch, only: n_resultants
    use finshell_mesh, only: mesh_size, mean_side
    use finshell_normals, only: add_turns
+   use finshell_retraction, only: turns_beyond, spins_with
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
    use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, rotation_at
@@ -69,6 +70,8 @@ module finshell_equilibrium
       procedure :: solve
       procedure :: move
       procedure :: increment
+      procedure :: transport
+      procedure, private :: turn_on
       procedure :: balance
       procedure :: keep_base
       procedure :: watch
@@ -315,6 +318,7 @@ contains
          if (allocated(stress)) &
             call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, kind == stress_kept), stress)
       end if
+      call self%turn_on(self%state, 1.0_wp, nodal)
       call move_state(self%state, nodal)
       do i = 1, size(self%equations%moved)
          if (.not. self%equations%turned(i)) cycle
@@ -327,8 +331,43 @@ contains
    subroutine increment(self, x)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: x(:)
-      call gather(self%equations, motion_between(self%base, self%state), x)
+      real(wp), allocatable :: nodal(:, :)
+      nodal = motion_between(self%base, self%state)
+      call self%turn_on(self%base, -1.0_wp, nodal)
+      call gather(self%equations, nodal, x)
    end subroutine increment
+
+   !> Add to the spins of a motion from a state, or take away, by how much the nodes turn beyond them (finshell_retraction).
+   subroutine turn_on(self, from, part, nodal)
+      class(equilibrium_t), intent(in) :: self
+      type(state_t), intent(in) :: from
+      real(wp), intent(in) :: part !< 1: add, -1: take away
+      real(wp), intent(inout) :: nodal(:, :) !< (n_nodal, nodes)
+      real(wp), allocatable :: x(:), beyond(:, :)
+      allocate (x(self%n), beyond(n_nodal, size(nodal, 2)), source=0.0_wp)
+      associate (m => self%structure%mesh)
+         beyond(rx:rz, :) = turns_beyond(m%triangles, m%coordinates, from%displacement, nodal)
+      end associate
+      call gather(self%equations, beyond, x)
+      call scatter(self%equations, x, beyond) ! held components stay
+      nodal(rx:rz, :) = nodal(rx:rz, :) + part*beyond(rx:rz, :)
+   end subroutine turn_on
+
+   !> A motion as it is seen from `base`, to what it is seen from `state`: the nodes go on turning with the elements.
+   subroutine transport(self, x)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), intent(inout) :: x(:)
+      real(wp), allocatable :: change(:), nodal(:, :)
+      allocate (change(self%n), nodal(n_nodal, size(self%state%rotation, 2)))
+      call scatter(self%equations, x, nodal)
+      associate (m => self%structure%mesh)
+         nodal(rx:rz, :) = spins_with(m%triangles, m%coordinates, self%state%displacement, nodal) &
+                           - spins_with(m%triangles, m%coordinates, self%base%displacement, nodal)
+      end associate
+      nodal(ux:uz, :) = 0
+      call gather(self%equations, nodal, change)
+      x = x + change
+   end subroutine transport
 
    pure function largest_rotation(self, x, factor_change, scaling) result(angle)
       class(equilibrium_t), intent(in) :: self

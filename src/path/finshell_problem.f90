@@ -63,6 +63,7 @@ module finshell_problem
       procedure :: largest_rotation
       procedure :: magnitude
       procedure :: change
+      procedure :: transport
       procedure :: accept
       procedure :: restore
       procedure :: keep_iterate
@@ -189,6 +190,14 @@ contains
       real(wp) :: value
       value = factor_at(self%state, scaling) - factor_at(self%base, scaling)
    end function change
+
+   !> A motion that is a correction from `base` to what it is as one from `state`. To be overridden where the same motion
+   !> is another vector there.
+   subroutine transport(self, x)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(inout) :: x(:)
+      x = x + 0*self%size
+   end subroutine transport
 
    !> The trial state is an equilibrium state: start the next increment from it.
    subroutine accept(self)

@@ -304,9 +304,16 @@ contains
       type(newton_result_t), intent(in) :: result
       logical, intent(in) :: missed !< it was cut, and the one before
       real(wp), intent(in) :: x(:), change, moved, length !< increment, of the factor, of the monitored quantity, of the path
+      real(wp), allocatable :: seen(:)
       real(wp) :: rate
       logical :: along
-      call self%history%remember(x, change, moved, length)
+      integer :: k
+      seen = x
+      call problem%transport(seen)
+      do k = 1, self%history%count
+         call problem%transport(self%history%vector(:, k))
+      end do
+      call self%history%remember(seen, change, moved, length)
       self%smooth = self%smooth .and. problem%negative_pivots == 0 .and. .not. missed &
                     .and. .not. (attempt%descends .or. result%rounding) .and. step%control /= control_arc_length &
                     .and. attempt%control /= control_arc_length
