@@ -14,7 +14,7 @@ module finshell_equilibrium
    use finshell_batch, only: n_resultants
    use finshell_mesh, only: mesh_size, mean_side
    use finshell_normals, only: add_turns
-   use finshell_retraction, only: turns_beyond, spins_with
+   use finshell_retraction, only: retraction_t, new_retraction
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
    use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, rotation_at
@@ -62,6 +62,7 @@ module finshell_equilibrium
       integer, allocatable :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
       real(wp), allocatable, private :: ground(:) !< values of the stand-in of a soft structure, once it was needed
       integer, allocatable, private :: moved_elements(:) !< elements at moved nodes
+      type(retraction_t), private :: retraction
       integer, allocatable, private :: diagonal(:) !< (n) where it stands among the values
    contains
       procedure :: evaluate
@@ -133,6 +134,8 @@ contains
       self%size = mesh_size(structure%mesh)
       self%slenderness = minval(structure%sections%thickness)/self%size
       self%detail = mean_side(structure%mesh)
+      call new_retraction(self%retraction, structure%mesh, merge(0.0_wp, structure%sections(structure%element_section)%thickness, &
+                                                                 structure%sections(structure%element_section)%membrane))
       self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, by_constant_factor)) > 0)
@@ -343,31 +346,36 @@ contains
       type(state_t), intent(in) :: from
       real(wp), intent(in) :: part !< 1: add, -1: take away
       real(wp), intent(inout) :: nodal(:, :) !< (n_nodal, nodes)
-      real(wp), allocatable :: x(:), beyond(:, :)
-      allocate (x(self%n), beyond(n_nodal, size(nodal, 2)), source=0.0_wp)
-      associate (m => self%structure%mesh)
-         beyond(rx:rz, :) = turns_beyond(m%triangles, m%coordinates, from%displacement, nodal)
-      end associate
-      call gather(self%equations, beyond, x)
-      call scatter(self%equations, x, beyond) ! held components stay
-      nodal(rx:rz, :) = nodal(rx:rz, :) + part*beyond(rx:rz, :)
+      real(wp), allocatable :: more(:, :)
+      if (.not. self%retraction%any) return
+      allocate (more(n_nodal, size(nodal, 2)), source=0.0_wp)
+      more(rx:rz, :) = self%retraction%beyond(self%structure%mesh, from%displacement, nodal)
+      call free_part(self%equations, more)
+      nodal(rx:rz, :) = nodal(rx:rz, :) + part*more(rx:rz, :)
    end subroutine turn_on
 
-   !> A motion as it is seen from `base`, to what it is seen from `state`: the nodes go on turning with the elements.
+   !> See finshell_problem and finshell_retraction.
    subroutine transport(self, x)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(inout) :: x(:)
       real(wp), allocatable :: change(:), nodal(:, :)
+      if (.not. self%retraction%any) return
       allocate (change(self%n), nodal(n_nodal, size(self%state%rotation, 2)))
       call scatter(self%equations, x, nodal)
-      associate (m => self%structure%mesh)
-         nodal(rx:rz, :) = spins_with(m%triangles, m%coordinates, self%state%displacement, nodal) &
-                           - spins_with(m%triangles, m%coordinates, self%base%displacement, nodal)
-      end associate
+      nodal(rx:rz, :) = self%retraction%transported(self%structure%mesh, self%base%displacement, self%state%displacement, nodal)
       nodal(ux:uz, :) = 0
       call gather(self%equations, nodal, change)
       x = x + change
    end subroutine transport
+
+   !> Leave out what supports hold.
+   pure subroutine free_part(equations, nodal)
+      type(equations_t), intent(in) :: equations
+      real(wp), intent(inout) :: nodal(:, :)
+      real(wp) :: x(equations%n)
+      call gather(equations, nodal, x)
+      call scatter(equations, x, nodal)
+   end subroutine free_part
 
    pure function largest_rotation(self, x, factor_change, scaling) result(angle)
       class(equilibrium_t), intent(in) :: self

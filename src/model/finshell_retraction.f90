@@ -1,114 +1,143 @@
-!> How the nodes of a shell turn when they move far: the retraction of a motion.
+!> How nodes turn in a finite motion, where elements are smaller than the thickness: a retraction.
 !>
-!> A correction is a solution of linear equations: its displacements add, its spins turn. In it a thin element is bent little, as its
-!> nodes turn with its sides: to first order. To second order they do not: sides that turn by an angle and stretch in
-!> the same motion turn by less, and what is missing bends an element of side d and thickness h by h/d times as much at its
-!> surfaces. Where elements are smaller than the thickness a correction of a tenth of a radian tears them. So the nodes are turned on by
-!> what the elements around them turn, as bodies, beyond their linear spin. That is of second order: Newton's method
-!> stays what it is, and the states that it converges to do not change.
+!> A correction solves linear equations: its displacements add, its spins turn. In it nodes turn with their elements, to first
+!> order. To second order they do not: a side that turns by theta and stretches by epsilon in one correction turns by theta/(1 + epsilon),
+!> its nodes by theta. What is missing bends an element of side l and thickness h by 3 h/l times that angle at its surfaces: at h/l
+!> = 20 a correction by a tenth tears it. So nodes turn on by what the normals of the elements around them tilt beyond the linear spin.
+!> That is of second order: Newton's method stays what it is, and so do the states that it converges to.
+!>
+!> Vectors over the equations are coordinates of states as seen from one of them. Seen from another the same motion has other spins,
+!> those of its elements there (`add_transport`); a predictor that adds them up as they were bends elements as wrongly.
+!>
+!> Thick elements only: on coarse meshes, where an element turns far against the next, the mean is no better than nothing.
 module finshell_retraction
    use finshell_kinds, only: wp
+   use finshell_mesh, only: mesh_t
+   use finshell_quaternion, only: quaternion_to_rotation_vector
    use finshell_rotation, only: cross_product
-   use finshell_quaternion, only: quaternion_product, quaternion_to_rotation_vector, rotation_vector_to_quaternion
    implicit none
    private
-   public :: turns_beyond, spins_with
+   public :: retraction_t, new_retraction
 
-   real(wp), parameter :: negligible = 1.0e-9_wp !< gradient of a motion whose square is rounding
-   !> Cosine of the turn of a normal, and the area over that before, beyond which an element says nothing.
+   type :: retraction_t
+      private
+      logical, public :: any = .false. !< an element is that thick; else nothing is to be done
+      real(wp), allocatable :: share(:, :) !< (3, elements) of an element in the mean at its nodes
+   contains
+      procedure :: beyond
+      procedure :: transported
+   end type retraction_t
+
+   !> Thickness over longest side up to which elements have no say, and from which on all of it.
+   real(wp), parameter :: from_ratio = 2, to_ratio = 3
+   !> Cosine of the tilt of a normal, and the area over that before, beyond which an element has none either.
    real(wp), parameter :: least_cosine = -0.5_wp, least_area = 1.0e-6_wp
 
 contains
 
-   !> Rotation vectors of the nodes: mean, weighted by reference area, over the elements at a node, of rotation minus linear spin in a
-   !> motion from a displaced state.
-   pure function turns_beyond(triangles, reference, displacement, motion) result(beyond)
-      integer, intent(in) :: triangles(:, :) !< (3, elements)
-      real(wp), intent(in) :: reference(:, :), displacement(:, :) !< (3, nodes)
-      real(wp), intent(in) :: motion(:, :) !< (>= 3, nodes) displacements come first
-      real(wp) :: beyond(3, size(reference, 2))
-      beyond = mean_turns(triangles, reference, displacement, motion, .true.)
-   end function turns_beyond
+   !> Means are weighted by reference area.
+   pure subroutine new_retraction(self, mesh, thickness)
+      type(retraction_t), intent(out) :: self
+      type(mesh_t), intent(in) :: mesh
+      real(wp), intent(in) :: thickness(:) !< (elements) 0: no shell
+      real(wp) :: total(size(mesh%coordinates, 2)), x(3, 3), longest, area
+      integer :: i
 
-   !> The same mean of the linear spins.
-   pure function spins_with(triangles, reference, displacement, motion) result(spins)
-      integer, intent(in) :: triangles(:, :) !< (3, elements)
-      real(wp), intent(in) :: reference(:, :), displacement(:, :) !< (3, nodes)
-      real(wp), intent(in) :: motion(:, :) !< (>= 3, nodes) displacements come first
-      real(wp) :: spins(3, size(reference, 2))
-      spins = mean_turns(triangles, reference, displacement, motion, .false.)
-   end function spins_with
-
-   pure function mean_turns(triangles, reference, displacement, motion, beyond) result(turns)
-      integer, intent(in) :: triangles(:, :)
-      real(wp), intent(in) :: reference(:, :), displacement(:, :), motion(:, :)
-      logical, intent(in) :: beyond
-      real(wp) :: turns(3, size(reference, 2))
-      real(wp) :: weight(size(reference, 2)), area, spin(3), turn(3), x(3, 3), v(3, 3)
-      integer :: i, k, node
-      turns = 0
-      weight = 0
-      do i = 1, size(triangles, 2)
-         x = reference(:, triangles(:, i))
+      allocate (self%share(3, size(mesh%triangles, 2)))
+      total = 0
+      do i = 1, size(mesh%triangles, 2)
+         x = mesh%coordinates(:, mesh%triangles(:, i))
+         longest = max(norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 2)), norm2(x(:, 1) - x(:, 3)))
          area = norm2(cross_product(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1)))
-         x = x + displacement(:, triangles(:, i))
-         v = motion(:3, triangles(:, i))
-         call element_turn(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1), v(:, 2) - v(:, 1), v(:, 3) - v(:, 1), beyond, spin, turn)
-         if (.not. beyond) turn = spin
-         do k = 1, 3
-            node = triangles(k, i)
-            turns(:, node) = turns(:, node) + area*turn
-            weight(node) = weight(node) + area
-         end do
+         total(mesh%triangles(:, i)) = total(mesh%triangles(:, i)) + area
+         self%share(:, i) = 0
+         if (longest > 0) self%share(:, i) = area*min(max((thickness(i)/longest - from_ratio)/(to_ratio - from_ratio), &
+                                                          0.0_wp), 1.0_wp)
       end do
-      do i = 1, size(weight)
-         if (weight(i) > 0) turns(:, i) = turns(:, i)/weight(i)
+      do i = 1, size(mesh%triangles, 2)
+         where (total(mesh%triangles(:, i)) > 0) self%share(:, i) = self%share(:, i)/total(mesh%triangles(:, i))
       end do
-   end function mean_turns
+      self%any = any(self%share > 0)
+      if (.not. self%any) deallocate (self%share)
+   end subroutine new_retraction
 
-   !> Linear spin of a triangle with the sides a and b from one corner, which change by da and db; and its rotation beyond that.
-   pure subroutine element_turn(a, b, da, db, beyond, spin, turn)
-      real(wp), intent(in) :: a(3), b(3), da(3), db(3)
-      logical, intent(in) :: beyond !< the rotation is wanted
-      real(wp), intent(out) :: spin(3), turn(3)
-      real(wp) :: n(3), e1(3), e2(3), d1(3), d2(3), f1(3), f2(3), m(3), tilt(4), g1(3), g2(3), c, along, across
-
+   !> Rotation vectors of the nodes beyond their spins in a motion from a displaced state.
+   pure function beyond(self, mesh, displacement, motion) result(turn)
+      class(retraction_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      real(wp), intent(in) :: displacement(:, :) !< (3, nodes)
+      real(wp), intent(in) :: motion(:, :) !< (>= 3, nodes) displacements come first
+      real(wp) :: turn(3, size(displacement, 2))
+      real(wp) :: x(3, 3), v(3, 3), spin(3), more(3)
+      integer :: i
       turn = 0
+      if (.not. self%any) return
+      do i = 1, size(mesh%triangles, 2)
+         if (.not. self%share(1, i) > 0) cycle
+         x = mesh%coordinates(:, mesh%triangles(:, i)) + displacement(:, mesh%triangles(:, i))
+         v = motion(:3, mesh%triangles(:, i))
+         call tilt(x, v, spin, more)
+         call spread(self%share(:, i), mesh%triangles(:, i), more, turn)
+      end do
+   end function beyond
+
+   !> Spins that a motion has as seen from a new state, minus those as seen from an old one.
+   pure function transported(self, mesh, old, new, motion) result(change)
+      class(retraction_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      real(wp), intent(in) :: old(:, :), new(:, :) !< (3, nodes) displacements of the states
+      real(wp), intent(in) :: motion(:, :) !< (>= 3, nodes) displacements come first
+      real(wp) :: change(3, size(old, 2))
+      real(wp) :: x(3, 3), v(3, 3), before(3), after(3)
+      integer :: i
+      change = 0
+      if (.not. self%any) return
+      do i = 1, size(mesh%triangles, 2)
+         if (.not. self%share(1, i) > 0) cycle
+         x = mesh%coordinates(:, mesh%triangles(:, i))
+         v = motion(:3, mesh%triangles(:, i))
+         call tilt(x + old(:, mesh%triangles(:, i)), v, before)
+         call tilt(x + new(:, mesh%triangles(:, i)), v, after)
+         call spread(self%share(:, i), mesh%triangles(:, i), after - before, change)
+      end do
+   end function transported
+
+   pure subroutine spread(share, nodes, turn, at_nodes)
+      real(wp), intent(in) :: share(3), turn(3)
+      integer, intent(in) :: nodes(3)
+      real(wp), intent(inout) :: at_nodes(:, :)
+      integer :: k
+      do k = 1, 3
+         at_nodes(:, nodes(k)) = at_nodes(:, nodes(k)) + share(k)*turn
+      end do
+   end subroutine spread
+
+   !> Spin of the normal of a triangle whose corners move by v, and what it tilts beyond that.
+   pure subroutine tilt(x, v, spin, more)
+      real(wp), intent(in) :: x(3, 3), v(3, 3) !< (component, corner)
+      real(wp), intent(out) :: spin(3)
+      real(wp), intent(out), optional :: more(3)
+      real(wp) :: a(3), b(3), n(3), m(3), da(3), db(3), area, cosine, half
+
       spin = 0
+      if (present(more)) more = 0
+      a = x(:, 2) - x(:, 1)
+      b = x(:, 3) - x(:, 1)
+      da = v(:, 2) - v(:, 1)
+      db = v(:, 3) - v(:, 1)
       n = cross_product(a, b)
-      across = norm2(n)
-      along = norm2(a)
-      if (.not. (across > 0 .and. along > 0)) return
-      n = n/across
-      e1 = a/along
-      e2 = cross_product(n, e1)
-      across = across/along
-      d1 = da/along
-      d2 = (db - dot_product(b, e1)*d1)/across
-      spin = dot_product(d2, n)*e1 - dot_product(d1, n)*e2 + 0.5_wp*(dot_product(e2, d1) - dot_product(e1, d2))*n
-      if (.not. beyond .or. max(maxval(abs(d1)), maxval(abs(d2))) < negligible) return
-      f1 = e1 + d1
-      f2 = e2 + d2
-      m = cross_product(f1, f2)
-      if (.not. norm2(m) > least_area) return
+      area = norm2(n)
+      if (.not. area > 0) return
+      n = n/area
+      ! n x dn, as n x (da x b + a x db) = da (n.b) - b (n.da) + a (n.db) - db (n.a)
+      spin = (dot_product(n, db)/area)*a - (dot_product(n, da)/area)*b
+      if (.not. present(more)) return
+      m = cross_product(a + da, b + db)
+      if (.not. norm2(m) > least_area*area) return
       m = m/norm2(m)
-      c = dot_product(n, m)
-      if (.not. c > least_cosine) return
-      ! The shortest rotation of the normal, then that about it (polar decomposition in the plane).
-      tilt(1) = sqrt(0.5_wp*(1 + c))
-      tilt(2:4) = cross_product(n, m)/(2*tilt(1))
-      g1 = turned(e1)
-      g2 = turned(e2)
-      c = atan2(dot_product(g2, f1) - dot_product(g1, f2), dot_product(g1, f1) + dot_product(g2, f2))
-      turn = quaternion_to_rotation_vector(quaternion_product(rotation_vector_to_quaternion(c*m), tilt)) - spin
-
-   contains
-
-      pure function turned(v) result(w)
-         real(wp), intent(in) :: v(3)
-         real(wp) :: w(3)
-         w = 2*cross_product(tilt(2:4), v)
-         w = v + tilt(1)*w + cross_product(tilt(2:4), w)
-      end function turned
-   end subroutine element_turn
+      cosine = dot_product(n, m)
+      if (.not. cosine > least_cosine) return
+      half = sqrt(0.5_wp*(1 + cosine))
+      more = quaternion_to_rotation_vector([half, cross_product(n, m)/(2*half)]) - spin
+   end subroutine tilt
 end module finshell_retraction
