@@ -72,7 +72,6 @@ module finshell_equilibrium
       procedure :: move
       procedure :: increment
       procedure :: transport
-      procedure, private :: turn_on
       procedure :: balance
       procedure :: keep_base
       procedure :: watch
@@ -134,8 +133,7 @@ contains
       self%size = mesh_size(structure%mesh)
       self%slenderness = minval(structure%sections%thickness)/self%size
       self%detail = mean_side(structure%mesh)
-      call new_retraction(self%retraction, structure%mesh, merge(0.0_wp, structure%sections(structure%element_section)%thickness, &
-                                                                 structure%sections(structure%element_section)%membrane))
+      call new_retraction(self%retraction, structure)
       self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, by_constant_factor)) > 0)
@@ -321,7 +319,7 @@ contains
          if (allocated(stress)) &
             call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, kind == stress_kept), stress)
       end if
-      call self%turn_on(self%state, 1.0_wp, nodal)
+      call self%retraction%turn_on(self%structure%mesh, self%equations, self%state, 1.0_wp, nodal)
       call move_state(self%state, nodal)
       do i = 1, size(self%equations%moved)
          if (.not. self%equations%turned(i)) cycle
@@ -336,46 +334,15 @@ contains
       real(wp), intent(out) :: x(:)
       real(wp), allocatable :: nodal(:, :)
       nodal = motion_between(self%base, self%state)
-      call self%turn_on(self%base, -1.0_wp, nodal)
+      call self%retraction%turn_on(self%structure%mesh, self%equations, self%base, -1.0_wp, nodal)
       call gather(self%equations, nodal, x)
    end subroutine increment
 
-   !> Add to the spins of a motion from a state, or take away, by how much the nodes turn beyond them (finshell_retraction).
-   subroutine turn_on(self, from, part, nodal)
-      class(equilibrium_t), intent(in) :: self
-      type(state_t), intent(in) :: from
-      real(wp), intent(in) :: part !< 1: add, -1: take away
-      real(wp), intent(inout) :: nodal(:, :) !< (n_nodal, nodes)
-      real(wp), allocatable :: more(:, :)
-      if (.not. self%retraction%any) return
-      allocate (more(n_nodal, size(nodal, 2)), source=0.0_wp)
-      more(rx:rz, :) = self%retraction%beyond(self%structure%mesh, from%displacement, nodal)
-      call free_part(self%equations, more)
-      nodal(rx:rz, :) = nodal(rx:rz, :) + part*more(rx:rz, :)
-   end subroutine turn_on
-
-   !> See finshell_problem and finshell_retraction.
    subroutine transport(self, x)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(inout) :: x(:)
-      real(wp), allocatable :: change(:), nodal(:, :)
-      if (.not. self%retraction%any) return
-      allocate (change(self%n), nodal(n_nodal, size(self%state%rotation, 2)))
-      call scatter(self%equations, x, nodal)
-      nodal(rx:rz, :) = self%retraction%transported(self%structure%mesh, self%base%displacement, self%state%displacement, nodal)
-      nodal(ux:uz, :) = 0
-      call gather(self%equations, nodal, change)
-      x = x + change
+      call self%retraction%transport(self%structure%mesh, self%equations, self%base, self%state, x)
    end subroutine transport
-
-   !> Leave out what supports hold.
-   pure subroutine free_part(equations, nodal)
-      type(equations_t), intent(in) :: equations
-      real(wp), intent(inout) :: nodal(:, :)
-      real(wp) :: x(equations%n)
-      call gather(equations, nodal, x)
-      call scatter(equations, x, nodal)
-   end subroutine free_part
 
    pure function largest_rotation(self, x, factor_change, scaling) result(angle)
       class(equilibrium_t), intent(in) :: self

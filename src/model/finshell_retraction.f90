@@ -7,25 +7,31 @@
 !> That is of second order: Newton's method stays what it is, and so do the states that it converges to.
 !>
 !> Vectors over the equations are coordinates of states as seen from one of them. Seen from another the same motion has other spins,
-!> those of its elements there (`add_transport`); a predictor that adds them up as they were bends elements as wrongly.
+!> those of its elements there (`transport`); a predictor that adds them up as they were bends elements as wrongly.
 !>
 !> Thick elements only: on coarse meshes, where an element turns far against the next, the mean is no better than nothing.
 module finshell_retraction
    use finshell_kinds, only: wp
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
+   use finshell_equations, only: equations_t, gather, scatter
    use finshell_mesh, only: mesh_t
    use finshell_quaternion, only: quaternion_to_rotation_vector
    use finshell_rotation, only: cross_product
+   use finshell_state, only: state_t
+   use finshell_structure, only: structure_t
    implicit none
    private
    public :: retraction_t, new_retraction
 
    type :: retraction_t
       private
-      logical, public :: any = .false. !< an element is that thick; else nothing is to be done
+      logical :: any = .false. !< an element is that thick; else nothing is to be done
       real(wp), allocatable :: share(:, :) !< (3, elements) of an element in the mean at its nodes
    contains
-      procedure :: beyond
-      procedure :: transported
+      procedure :: turn_on
+      procedure :: transport
+      procedure, private :: beyond
+      procedure, private :: transported
    end type retraction_t
 
    !> Thickness over longest side up to which elements have no say, and from which on all of it.
@@ -36,30 +42,67 @@ module finshell_retraction
 contains
 
    !> Means are weighted by reference area.
-   pure subroutine new_retraction(self, mesh, thickness)
+   pure subroutine new_retraction(self, structure)
       type(retraction_t), intent(out) :: self
-      type(mesh_t), intent(in) :: mesh
-      real(wp), intent(in) :: thickness(:) !< (elements) 0: no shell
-      real(wp) :: total(size(mesh%coordinates, 2)), x(3, 3), longest, area
+      type(structure_t), intent(in) :: structure
+      real(wp) :: total(size(structure%mesh%coordinates, 2)), x(3, 3), longest, area, ratio
       integer :: i
 
-      allocate (self%share(3, size(mesh%triangles, 2)))
-      total = 0
-      do i = 1, size(mesh%triangles, 2)
-         x = mesh%coordinates(:, mesh%triangles(:, i))
-         longest = max(norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 2)), norm2(x(:, 1) - x(:, 3)))
-         area = norm2(cross_product(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1)))
-         total(mesh%triangles(:, i)) = total(mesh%triangles(:, i)) + area
-         self%share(:, i) = 0
-         if (longest > 0) self%share(:, i) = area*min(max((thickness(i)/longest - from_ratio)/(to_ratio - from_ratio), &
-                                                          0.0_wp), 1.0_wp)
-      end do
-      do i = 1, size(mesh%triangles, 2)
-         where (total(mesh%triangles(:, i)) > 0) self%share(:, i) = self%share(:, i)/total(mesh%triangles(:, i))
-      end do
+      associate (mesh => structure%mesh)
+         allocate (self%share(3, size(mesh%triangles, 2)))
+         total = 0
+         do i = 1, size(mesh%triangles, 2)
+            x = mesh%coordinates(:, mesh%triangles(:, i))
+            longest = max(norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 2)), norm2(x(:, 1) - x(:, 3)))
+            area = norm2(cross_product(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1)))
+            total(mesh%triangles(:, i)) = total(mesh%triangles(:, i)) + area
+            associate (section => structure%sections(structure%element_section(i)))
+               ratio = 0
+               if (longest > 0 .and. .not. section%membrane) ratio = section%thickness/longest
+            end associate
+            self%share(:, i) = area*min(max((ratio - from_ratio)/(to_ratio - from_ratio), 0.0_wp), 1.0_wp)
+         end do
+         do i = 1, size(mesh%triangles, 2)
+            where (total(mesh%triangles(:, i)) > 0) self%share(:, i) = self%share(:, i)/total(mesh%triangles(:, i))
+         end do
+      end associate
       self%any = any(self%share > 0)
-      if (.not. self%any) deallocate (self%share)
    end subroutine new_retraction
+
+   !> Add to the spins of a motion from a state, or take away, by how much the nodes turn beyond them, where no support holds them.
+   pure subroutine turn_on(self, mesh, equations, from, part, nodal)
+      class(retraction_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: from
+      real(wp), intent(in) :: part !< 1: add, -1: take away
+      real(wp), intent(inout) :: nodal(:, :) !< (n_nodal, nodes)
+      real(wp), allocatable :: x(:), more(:, :)
+      if (.not. self%any) return
+      allocate (x(equations%n), more(n_nodal, size(nodal, 2)))
+      more(ux:uz, :) = 0
+      more(rx:rz, :) = self%beyond(mesh, from%displacement, nodal)
+      call gather(equations, more, x)
+      call scatter(equations, x, more)
+      nodal(rx:rz, :) = nodal(rx:rz, :) + part*more(rx:rz, :)
+   end subroutine turn_on
+
+   !> A motion x over the equations as seen from an old state, to what it is as seen from a new one.
+   pure subroutine transport(self, mesh, equations, old, new, x)
+      class(retraction_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: old, new
+      real(wp), intent(inout) :: x(:)
+      real(wp), allocatable :: change(:), nodal(:, :)
+      if (.not. self%any) return
+      allocate (change(equations%n), nodal(n_nodal, size(old%displacement, 2)))
+      call scatter(equations, x, nodal)
+      nodal(rx:rz, :) = self%transported(mesh, old%displacement, new%displacement, nodal)
+      nodal(ux:uz, :) = 0
+      call gather(equations, nodal, change)
+      x = x + change
+   end subroutine transport
 
    !> Rotation vectors of the nodes beyond their spins in a motion from a displaced state.
    pure function beyond(self, mesh, displacement, motion) result(turn)
@@ -71,7 +114,6 @@ contains
       real(wp) :: x(3, 3), v(3, 3), spin(3), more(3)
       integer :: i
       turn = 0
-      if (.not. self%any) return
       do i = 1, size(mesh%triangles, 2)
          if (.not. self%share(1, i) > 0) cycle
          x = mesh%coordinates(:, mesh%triangles(:, i)) + displacement(:, mesh%triangles(:, i))
@@ -91,7 +133,6 @@ contains
       real(wp) :: x(3, 3), v(3, 3), before(3), after(3)
       integer :: i
       change = 0
-      if (.not. self%any) return
       do i = 1, size(mesh%triangles, 2)
          if (.not. self%share(1, i) > 0) cycle
          x = mesh%coordinates(:, mesh%triangles(:, i))

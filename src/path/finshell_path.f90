@@ -142,7 +142,7 @@ contains
       type(verdict_t) :: verdict
       character(len=:), allocatable :: complaint
       type(failure_t) :: failure
-      logical :: no_landing, overshot, turning, ended, crawls, descent_left
+      logical :: no_landing, overshot, turning, ended, crawls, descent_left, spent
       integer :: done, cuts
       done = 0
       do while (.not. targets%reached())
@@ -154,6 +154,7 @@ contains
          cuts = 0
          record = record_t()
          no_landing = .false.
+         spent = .false.
          if (allocated(self%refused)) deallocate (self%refused)
          attempt = self%plan(problem, step, targets, no_landing)
          if (self%rough) attempt%descends = self%may_descend(problem, step, targets, result, cuts, attempt)
@@ -164,6 +165,7 @@ contains
          do
             call self%try(problem, step, targets, attempt, result)
             record%iterations = record%iterations + result%iterations
+            spent = spent .or. result%spent
             failure%tried_pivots = max(failure%tried_pivots, result%first_pivots)
             turning = .false.
             if (result%converged) then
@@ -189,7 +191,7 @@ contains
                attempt%softly = .true.
                attempt%turn = result%first_rotation
                cycle
-            else if (self%may_descend(problem, step, targets, result, cuts, attempt)) then
+            else if (.not. spent .and. self%may_descend(problem, step, targets, result, cuts, attempt)) then
                call problem%restore()
                attempt%descends = .true.
                cycle
