@@ -28,7 +28,7 @@ module finshell_equilibrium
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_levels, only: force_levels
-   use finshell_watched_displacement, only: watch_displacement
+   use finshell_watched_displacement, only: watch_displacement, mean_displacement
    use finshell_balance, only: balance_t
    use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
@@ -147,14 +147,12 @@ contains
       allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
-      do i = 1, size(self%equations%moved)
-         self%moved_of(self%equations%moved(i)) = i
-      end do
+      self%moved_of(self%equations%moved) = [(i, i=1, size(self%equations%moved))]
       self%moved_elements = pack([(i, i=1, size(structure%mesh%triangles, 2))], &
                                  [(any(self%moved_of(structure%mesh%triangles(:, i)) > 0), i=1, size(structure%mesh%triangles, 2))])
       call new_state(self%state, nodes)
-      call new_state(self%base, nodes)
-      call new_state(self%iterate, nodes)
+      self%base = self%state
+      self%iterate = self%state
    end subroutine new_equilibrium
 
    !> Forces, and with `tangent` the matrix.
@@ -181,23 +179,21 @@ contains
       real(wp) :: levels(2), part
       integer :: status, bad_element, active
 
-      associate (s => self%structure)
-         if (tangent) then
-            self%assemblies = self%assemblies + 1
-            call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, self%values, self%entry%energy, &
-                          resultants=stress, toward=toward)
-         else
-            self%force_evaluations = self%force_evaluations + 1
-            call assemble(self%assembly, s, self%state, self%internal_force, status, bad_element, energy=self%entry%energy)
-         end if
-      end associate
+      if (tangent) then
+         self%assemblies = self%assemblies + 1
+         call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, self%values, &
+                       self%entry%energy, resultants=stress, toward=toward)
+      else
+         self%force_evaluations = self%force_evaluations + 1
+         call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, &
+                       energy=self%entry%energy)
+      end if
       if (status /= status_ok) then
          ! An infinite displacement is a diverged iteration, not a mistake of the input.
          call raise(error, merge(status_not_converged, status, status == status_not_a_number), &
             element_trouble(self%structure, bad_element, status, self%base, self%state))
          return
       end if
-
       part = 0
       if (present(stand_in)) part = stand_in
       if (tangent .and. part > 0) then
@@ -208,7 +204,6 @@ contains
          end if
          self%values = self%values + part*self%ground
       end if
-
       active = by_load_factor
       if (present(scaling)) active = scaling
       allocate (out_of_balance(n_nodal, size(self%internal_force, 2)), source=0.0_wp)
@@ -302,17 +297,16 @@ contains
       real(wp), intent(inout), allocatable, optional :: stress(:, :)
       integer, intent(in), optional :: scaling
       real(wp), allocatable :: nodal(:, :)
-      integer :: i, node, active
+      integer :: i, active
 
       active = by_load_factor
       if (present(scaling)) active = scaling
       call set_factor(self%state, active, factor_at(self%state, active) + factor_change)
       allocate (nodal(n_nodal, size(self%equations%number, 2)))
       call scatter(self%equations, x, nodal)
-      do i = 1, size(self%equations%moved)
-         node = self%equations%moved(i)
-         nodal(:, node) = nodal(:, node) + factor_change*self%equations%motion(:, i, active)
-      end do
+      associate (moved => self%equations%moved)
+         nodal(:, moved) = nodal(:, moved) + factor_change*self%equations%motion(:, :, active)
+      end associate
       if (present(kind) .and. present(stress)) then
          if (kind == stress_own .and. allocated(stress)) deallocate (stress)
          if (kind /= stress_own .and. .not. allocated(stress)) allocate (stress(n_resultants, self%assembly%elements))
@@ -397,15 +391,10 @@ contains
       class(equilibrium_t), intent(in) :: self
       type(state_t), intent(in) :: state
       real(wp) :: value
-      integer :: i
       if (allocated(self%watched_volume)) then
          value = self%watched_volume%value(self%structure, state)
-         return
+      else
+         value = mean_displacement(state, self%watched_nodes, self%watched_component)
       end if
-      value = 0
-      do i = 1, size(self%watched_nodes)
-         value = value + state%displacement(self%watched_component, self%watched_nodes(i))
-      end do
-      value = value/size(self%watched_nodes)
    end function monitored
 end module finshell_equilibrium

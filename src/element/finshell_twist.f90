@@ -1,11 +1,11 @@
 !> Stiffness against the curl of the slope field, in elements that are smaller than half of the thickness.
 !>
 !> A sheet of rubber that is stretched both ways (Mooney-Rivlin with c01 > 0) loses its stiffness against twist, curvatures of
-!> opposite sign: W_2 falls along E_11 = -E_22. What holds it is that det grad G of a field of slopes is the same for all deflections with
-!> the same edges. The slopes of DKT are continuous, but no gradient: det sym grad G = det grad G - 1/4 (curl G)^2, and the curl
-!> has negative stiffness. The membrane force outweighs it as long as the elements are not small: flat disks stretched to 1.8 to 2.5 become
-!> unstable from h/l = 16 on, l the side. So K_t = int twist mu_0 h^2/12 c' c dV with c the curl in the reference, C = I,
-!> is added there. The curl vanishes for constant curvature: what is added to a bent sheet goes with l^2.
+!> opposite sign: W_2 falls along E_11 = -E_22. What holds it is that det grad G of a field of slopes is the same for all
+!> deflections with the same edges. The slopes of DKT are continuous, but no gradient: det sym grad G = det grad G - 1/4 (curl G)^2,
+!> and the curl has negative stiffness. The membrane force outweighs it as long as the elements are not small: flat disks stretched
+!> to 1.8 to 2.5 become unstable from h/l = 16 on, l the side. So K_t = int 1/4 mu_0 h^2/12 c' c dV with c the curl in the
+!> reference, C = I, is added there. It vanishes for constant curvature: what is added to a bent sheet goes with l^2.
 module finshell_twist
    use finshell_kinds, only: wp, lanes
    use finshell_reference, only: reference_t, side_from, side_to

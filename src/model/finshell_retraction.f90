@@ -1,10 +1,10 @@
 !> How nodes turn in a finite motion, where elements are smaller than the thickness: a retraction.
 !>
 !> A correction solves linear equations: its displacements add, its spins turn. In it nodes turn with their elements, to first
-!> order. To second order they do not: a side that turns by theta and stretches by epsilon in one correction turns by theta/(1 + epsilon),
-!> its nodes by theta. What is missing bends an element of side l and thickness h by 3 h/l times that angle at its surfaces: at h/l
-!> = 20 a correction by a tenth tears it. So nodes turn on by what the normals of the elements around them tilt beyond the linear spin.
-!> That is of second order: Newton's method stays what it is, and so do the states that it converges to.
+!> order. To second order they do not: a side that turns by theta and stretches by epsilon in one correction turns by
+!> theta/(1 + epsilon), its nodes by theta. What is missing bends an element of side l and thickness h by 3 h/l times that angle at
+!> its surfaces: at h/l = 20 a correction by a tenth tears it. So nodes turn on by what the normals of the elements around them tilt
+!> beyond the linear spin. That is of second order: Newton's method stays what it is, and so do the states that it converges to.
 !>
 !> Vectors over the equations are coordinates of states as seen from one of them. Seen from another the same motion has other spins,
 !> those of its elements there (`transport`); a predictor that adds them up as they were bends elements as wrongly.

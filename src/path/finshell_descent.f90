@@ -43,8 +43,8 @@ module finshell_descent
    end type course_t
 
    integer, parameter :: patience = 12 !< iterations, times those allowed to Newton's method
-   !> Iterations times unknowns that a descent may cost, once it has had `least_patience` times those of Newton's method: on large meshes it
-   !> would go on for hours. Most that end take less than 100 iterations.
+   !> Iterations times unknowns that a descent may cost, once it has had `least_patience` times those of Newton's method: on
+   !> large meshes it would go on for hours. Most that end take less than 100 iterations.
    real(wp), parameter :: effort = 3.0e7_wp
    integer, parameter :: least_patience = 2
    real(wp), parameter :: longest_stride = 0.4_wp !< where the step has no rotation limit
