@@ -6,17 +6,17 @@
 !> turn about one axis only; else it is unsymmetric and exact.
 module finshell_equilibrium
    use finshell_kinds, only: wp
-   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
+   use finshell_freedoms, only: n_nodal
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
       status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise
-   use finshell_quaternion, only: rotation_vector_to_quaternion
    use finshell_batch, only: n_resultants
-   use finshell_mesh, only: mesh_size, mean_side
-   use finshell_normals, only: add_turns
+   use finshell_mesh, only: elements_at, mesh_size, mean_side
+   use finshell_motion_size, only: size_of_motion
+   use finshell_retraction, only: retraction_t, new_retraction
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, rotation_at
+   use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, turn_held
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, &
       number_of_factors, set_factor, scaled_sum
@@ -28,12 +28,12 @@ module finshell_equilibrium
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_levels, only: force_levels
-   use finshell_watched_displacement, only: watch_displacement
+   use finshell_watched_displacement, only: watch_displacement, mean_displacement
    use finshell_balance, only: balance_t
    use finshell_ledger, only: entry_t, motion_times, balance_between
    use finshell_volume, only: volume_t, new_volume
    use finshell_inertia, only: inertia_t
-   use finshell_fictitious_mass, only: fictitious_mass, scales
+   use finshell_fictitious_mass, only: fictitious_mass
    use finshell_ground, only: add_ground, is_soft, lumped_weight
    use finshell_element_limit, only: element_trouble
    use finshell_team, only: leads, own_elements, shared, team_t
@@ -67,6 +67,7 @@ module finshell_equilibrium
       integer, allocatable :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
       real(wp), allocatable, private :: ground(:) !< values of the stand-in of a soft structure, once it was needed
       integer, allocatable, private :: moved_elements(:) !< elements at moved nodes
+      type(retraction_t), private :: retraction
       integer, allocatable, private :: diagonal(:) !< (n) where it stands among the values
    contains
       procedure :: evaluate
@@ -75,6 +76,7 @@ module finshell_equilibrium
       procedure :: solve
       procedure :: move
       procedure :: increment
+      procedure :: transport
       procedure :: balance
       procedure :: keep_base
       procedure :: watch
@@ -82,7 +84,7 @@ module finshell_equilibrium
       procedure :: monitored
       procedure :: largest_rotation
       procedure :: magnitude
-      procedure :: inertia
+      procedure :: fictitious_masses
    end type equilibrium_t
 
    !> Of the factorisation: a law without stiffness leaves more than the rounding of the matrix, up to 4 epsilons measured.
@@ -131,31 +133,30 @@ contains
       self%limp = any(structure%sections%membrane)
       self%crumples = any(structure%sections%membrane .and. .not. structure%sections%wrinkling)
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
-
       self%n = self%equations%n
       self%field = self%equations%field
       self%size = mesh_size(structure%mesh)
       self%slenderness = minval(structure%sections%thickness)/self%size
       self%detail = mean_side(structure%mesh)
+      call new_retraction(self%retraction, structure)
       self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, by_constant_factor)) > 0)
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
+      if (allocated(self%ground)) deallocate (self%ground)
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
-      if (allocated(self%ground)) deallocate (self%ground)
       self%entry = entry_t()
       self%base_entry = entry_t()
       allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       allocate (self%moved_of(nodes), source=0)
       self%moved_of(self%equations%moved) = [(i, i=1, size(self%equations%moved))]
-      self%moved_elements = pack([(i, i=1, size(structure%mesh%triangles, 2))], &
-                                 [(any(self%moved_of(structure%mesh%triangles(:, i)) > 0), i=1, size(structure%mesh%triangles, 2))])
+      self%moved_elements = elements_at(structure%mesh, self%moved_of > 0)
       call new_state(self%state, nodes, structure%cases)
-      call new_state(self%base, nodes, structure%cases)
-      call new_state(self%iterate, nodes, structure%cases)
+      self%base = self%state
+      self%iterate = self%state
       self%factor_of_case = [by_load_factor, (by_case + i, i=1, structure%cases)]
    end subroutine new_equilibrium
 
@@ -197,12 +198,10 @@ contains
             element_trouble(self%structure, bad_element, status, self%base, self%state))
          return
       end if
-
       part = 0
       if (present(stand_in)) part = stand_in
       if (tangent .and. part > 0) call add_ground(self%assembly, self%structure, part, self%ground, self%values, error)
       if (allocated(error)) return
-
       active = by_load_factor
       if (present(scaling)) active = scaling
       allocate (out_of_balance(n_nodal, size(self%internal_force, 2)), source=0.0_wp)
@@ -303,37 +302,40 @@ contains
       real(wp), intent(inout), allocatable, optional :: stress(:, :)
       integer, intent(in), optional :: scaling
       real(wp), allocatable :: nodal(:, :)
-      integer :: i, node, active
+      integer :: active
 
       active = by_load_factor
       if (present(scaling)) active = scaling
       call set_factor(self%state, active, factor_at(self%state, active) + factor_change)
       allocate (nodal(n_nodal, size(self%equations%number, 2)))
       call scatter(self%equations, x, nodal)
-      do i = 1, size(self%equations%moved)
-         node = self%equations%moved(i)
-         nodal(:, node) = nodal(:, node) + factor_change*self%equations%motion(:, i, active)
-      end do
+      nodal(:, self%equations%moved) = nodal(:, self%equations%moved) + factor_change*self%equations%motion(:, :, active)
       if (present(kind) .and. present(stress)) then
          if (kind == stress_own .and. allocated(stress)) deallocate (stress)
          if (kind /= stress_own .and. .not. allocated(stress)) allocate (stress(n_resultants, self%assembly%elements))
          if (allocated(stress)) &
             call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, kind == stress_kept), stress)
       end if
+      call self%retraction%turn_on(self%structure%mesh, self%equations, self%state, 1.0_wp, nodal)
       call move_state(self%state, nodal)
-      do i = 1, size(self%equations%moved)
-         if (.not. self%equations%turned(i)) cycle
-         self%state%rotation(:, self%equations%moved(i)) = rotation_vector_to_quaternion( &
-            rotation_at(self%equations, i, self%state))
-      end do
+      call turn_held(self%equations, self%state)
    end subroutine move
 
    !> From base to state: displacements, and the rotation vectors of the relative rotations.
    subroutine increment(self, x)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: x(:)
-      call gather(self%equations, motion_between(self%base, self%state), x)
+      real(wp), allocatable :: nodal(:, :)
+      nodal = motion_between(self%base, self%state)
+      call self%retraction%turn_on(self%structure%mesh, self%equations, self%base, -1.0_wp, nodal)
+      call gather(self%equations, nodal, x)
    end subroutine increment
+
+   subroutine transport(self, x)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), intent(inout) :: x(:)
+      call self%retraction%transport(self%structure%mesh, self%equations, self%base, self%state, x)
+   end subroutine transport
 
    pure function largest_rotation(self, x, factor_change, scaling) result(angle)
       class(equilibrium_t), intent(in) :: self
@@ -348,22 +350,16 @@ contains
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: x(:)
       real(wp), intent(out), optional :: added(:)
-      real(wp), allocatable :: nodal(:, :)
-      allocate (nodal(n_nodal, size(self%state%rotation, 2)))
-      nodal(ux:uz, :) = self%state%displacement
-      nodal(rx:rz, :) = 2*self%state%rotation(2:4, :)
-      if (allocated(self%structure%normal)) call add_turns(self%structure%mesh, self%structure%normal, nodal(rx:rz, :))
-      call gather(self%equations, nodal, x)
+      call gather(self%equations, size_of_motion(self%structure, self%state), x)
       if (present(added)) call self%solver%magnitude(x, added)
    end subroutine magnitude
 
    !> See finshell_fictitious_mass.
-   subroutine inertia(self, mass)
+   subroutine fictitious_masses(self, mass)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: mass(:)
-      call self%solver%magnitude(scales(self%equations, self%detail), mass, self%values)
-      mass = fictitious_mass(self%equations, self%detail, mass)
-   end subroutine inertia
+      mass = fictitious_mass(self%equations, self%detail, self%solver, self%values)
+   end subroutine fictitious_masses
 
    !> Monitor the mean of a global displacement component over a node set.
    subroutine watch(self, node_set, component, error)
@@ -398,7 +394,7 @@ contains
       if (allocated(self%watched_volume)) then
          value = self%watched_volume%value(self%structure, state)
       else
-         value = sum(state%displacement(self%watched_component, self%watched_nodes))/size(self%watched_nodes)
+         value = mean_displacement(state, self%watched_nodes, self%watched_component)
       end if
    end function monitored
 end module finshell_equilibrium

@@ -8,7 +8,7 @@ module finshell_increment_lines
    use finshell_stability, only: event_name
    implicit none
    private
-   public :: show_increment, show_event, show_relaxation, show_snap, show_vibration
+   public :: show_increment, show_event, show_ways, show_snap, show_vibration
 
    integer, parameter :: shown = 3 !< monitors on the screen
 
@@ -36,12 +36,18 @@ contains
       end if
    end subroutine show_snap
 
-   !> An increment that was found by dynamic relaxation.
-   subroutine show_relaxation(record)
+   !> In what ways an increment was found, where Newton's iteration was not all.
+   subroutine show_ways(record)
       type(record_t), intent(in) :: record
-      write (output_unit, '(5x,a,i0,a)') 'found by dynamic relaxation in ', record%steps, &
+      if (record%regularised > 0) write (output_unit, '(5x,a,i0,a)') &
+         'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
+      if (record%descended) write (output_unit, '(5x,a)') &
+         'Newton''s iteration failed; a descent in energy found this stable state (not along a path; others may exist)'
+      if (record%switched > 1) write (output_unit, '(5x,a,i0,a)') &
+         'fibres act where the linear solution stretches them: found in ', record%switched, ' solutions'
+      if (record%relaxed) write (output_unit, '(5x,a,i0,a)') 'found by dynamic relaxation in ', record%steps, &
          ' steps, finished by Newton''s iteration (not along a path; others may exist)'
-   end subroutine show_relaxation
+   end subroutine show_ways
 
    !> Progress: increment, load factor, time where there is motion, monitors, iterations, cuts, pivots, CPU seconds.
    subroutine show_increment(record, headed, monitors, values, motion)

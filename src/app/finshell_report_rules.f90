@@ -1,6 +1,7 @@
 !> What the reports of an increment hold: the columns of the motion, and whether there are fields.
 module finshell_report_rules
    use finshell_equilibrium, only: equilibrium_t
+   use finshell_field, only: increment_t
    use finshell_kinds, only: wp
    use finshell_monitoring, only: stored_energy
    use finshell_observer, only: motion_t, record_t
@@ -8,7 +9,7 @@ module finshell_report_rules
    use finshell_step, only: is_in_time, leaves_state
    implicit none
    private
-   public :: has_fields, motion_values
+   public :: has_fields, motion_values, row_of
 
 contains
 
@@ -26,6 +27,19 @@ contains
                       .or. any(abs(levels - record%load_factor) <= 1.0e-10_wp*max(1.0_wp, abs(record%load_factor)))
       end if
    end function has_fields
+
+   !> What a row of the history takes from the record of an increment.
+   pure function row_of(record) result(row)
+      type(record_t), intent(in) :: record
+      type(increment_t) :: row
+      row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)
+      row%critical_point = record%event + merge(10, 0, record%located)
+      row%residual = record%residual
+      row%correction = record%correction
+      row%snap = merge(1, 0, record%snap)
+      row%found_by = merge(2, merge(1, 0, record%descended), record%relaxed)
+      row%stabilisation = record%taken
+   end function row_of
 
    !> Values of motion_columns (finshell_field). Equilibrium states are at rest, at the time where the motion before them has ended.
    function motion_values(problem, state, record) result(values)

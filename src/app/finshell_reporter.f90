@@ -8,7 +8,7 @@ module finshell_reporter
    use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_error, only: error_t, raise
    use finshell_gaps, only: count_gaps, gap_t
-   use finshell_increment_lines, only: show_event, show_increment, show_relaxation, show_snap, show_vibration
+   use finshell_increment_lines, only: show_event, show_increment, show_snap, show_ways, show_vibration
    use finshell_factor, only: factor_at
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
@@ -18,7 +18,7 @@ module finshell_reporter
       cell_fields, cell_entries
    use finshell_observer, only: observer_t, record_t
    use finshell_recovery, only: recovery_t, recover
-   use finshell_report_rules, only: has_fields, motion_values
+   use finshell_report_rules, only: has_fields, motion_values, row_of
    use finshell_result_fields, only: error_entry, find_field
    use finshell_results, only: results_file_t
    use finshell_stability, only: no_event
@@ -265,11 +265,6 @@ contains
 
       with_fields = self%output%fields .and. has_fields(record, self%output%every, self%at_landings, self%levels)
       call self%evaluate(state, record, with_fields, row, recovery, change)
-      row%residual = record%residual
-      row%correction = record%correction
-      row%snap = merge(1, 0, record%snap)
-      row%found_by = merge(2, merge(1, 0, record%descended), record%relaxed)
-      row%stabilisation = record%taken
       call self%history%append(row, error)
       if (allocated(error)) return
       do i = 1, size(self%watches)
@@ -292,25 +287,15 @@ contains
          end associate
       end if
       if (allocated(error)) return
-      if (record%regularised > 0 .and. .not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
-         'the tangent of the law was singular here: ', record%regularised, ' iterations used a stand-in; the solution is unchanged'
-      if (record%descended) then
-         self%descents = self%descents + 1
-         if (.not. self%quiet) write (output_unit, '(5x,a)') &
-            'Newton''s iteration failed; a descent in energy found this stable state (not along a path; others may exist)'
-      end if
+      if (.not. self%quiet) call show_ways(record)
+      if (record%descended) self%descents = self%descents + 1
       self%steps = self%steps + record%steps
       self%stabilisation = max(self%stabilisation, record%taken)
       if (record%relaxed) then
          self%relaxations = self%relaxations + 1
          if (self%first_relaxed == 0) self%first_relaxed = record%increment
-         if (.not. self%quiet) call show_relaxation(record)
       end if
-      if (record%switched > 1) then
-         self%switched = self%switched + 1
-         if (.not. self%quiet) write (output_unit, '(5x,a,i0,a)') &
-            'fibres act where the linear solution stretches them: found in ', record%switched, ' solutions'
-      end if
+      if (record%switched > 1) self%switched = self%switched + 1
       if (leaves_state(record%control)) self%linear = self%linear + 1
       if (is_in_time(record%control)) self%moved = self%moved + 1
       if (record%control == control_linear .and. self%estimates) then
@@ -350,7 +335,8 @@ contains
          call self%evaluate(state, self%last, .true., row, recovery)
          call self%write_fields(state, row, recovery, error)
       end if
-      if (self%mesh == 0 .and. self%last%increment > 0 .and. .not. leaves_state(self%last%control)) then
+      if (self%mesh == 0 .and. self%last%increment > 0 .and. .not. leaves_state(self%last%control) &
+          .and. .not. is_in_time(self%last%control)) then
          call estimate_error(self%problem, state, indicator)
          self%relative_error = indicator%relative
       end if
@@ -381,8 +367,7 @@ contains
       else if (size(self%watched_entries) > 0) then
          call recover(self%problem, state, self%watched_elements, self%watched_entries, recovery, change)
       end if
-      row = increment_t(record%increment, record%load_factor, record%iterations, record%negative_pivots)
-      row%critical_point = record%event + merge(10, 0, record%located)
+      row = row_of(record)
       allocate (row%monitors(size(self%watches)), row%missing(size(self%watches)))
       if (self%duration > 0) row%motion = motion_values(self%problem, state, record)
       call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change, row%motion)

@@ -7,32 +7,28 @@ module finshell_fictitious_mass
    use finshell_kinds, only: wp
    use finshell_freedoms, only: n_nodal
    use finshell_equations, only: equations_t, field_displacement
+   use finshell_linear_solver, only: linear_solver_t
    implicit none
    private
-   public :: scales, fictitious_mass
+   public :: fictitious_mass
 
    integer, parameter :: together = 3 !< components of displacement, or of rotation
    real(wp), parameter :: enough = 0.25_wp !< over the square of the highest frequency
 
 contains
 
-   !> What counts as a displacement of 1.
-   pure function scales(equations, detail) result(unit)
+   !> The displacements of a node have one mass, and its rotations one: stiff directions turn.
+   function fictitious_mass(equations, detail, solver, values) result(mass)
       type(equations_t), intent(in) :: equations
       real(wp), intent(in) :: detail !< length of an element
-      real(wp) :: unit(equations%n)
-      unit = merge(1.0_wp, 1/detail, equations%field == field_displacement)
-   end function scales
-
-   !> The displacements of a node have one mass, and its rotations one: stiff directions turn.
-   pure function fictitious_mass(equations, detail, sums) result(mass)
-      type(equations_t), intent(in) :: equations
-      real(wp), intent(in) :: detail
-      real(wp), intent(in) :: sums(:) !< (n) |K| times the scales
+      type(linear_solver_t), intent(in) :: solver !< of the pattern
+      real(wp), intent(in) :: values(:) !< of K
       real(wp) :: mass(equations%n)
-      real(wp) :: bound(equations%n)
+      real(wp) :: bound(equations%n), unit(equations%n)
       integer :: i, k, first
-      bound = enough*sums/scales(equations, detail)
+      unit = merge(1.0_wp, 1/detail, equations%field == field_displacement)
+      call solver%magnitude(unit, bound, values)
+      bound = enough*bound/unit
       mass = bound
       do i = 1, size(equations%number, 2)
          do first = 1, n_nodal, together

@@ -6,9 +6,10 @@ module finshell_watched_displacement
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
    use finshell_equations, only: equations_t
    use finshell_factor, only: by_load_factor
+   use finshell_state, only: state_t
    implicit none
    private
-   public :: watch_displacement
+   public :: watch_displacement, mean_displacement
 
 contains
 
@@ -57,4 +58,17 @@ contains
          call raise(error, status_input_error, "step: displacement "//text_of(component)//" of '"//node_set &
          //"' is held by the supports; monitor one that can move")
    end subroutine watch_displacement
+
+   !> Mean of a global displacement component over nodes.
+   pure function mean_displacement(state, nodes, component) result(mean)
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: nodes(:), component
+      real(wp) :: mean
+      integer :: i
+      mean = 0
+      do i = 1, size(nodes)
+         mean = mean + state%displacement(component, nodes(i))
+      end do
+      mean = mean/size(nodes)
+   end function mean_displacement
 end module finshell_watched_displacement

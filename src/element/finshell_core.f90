@@ -20,6 +20,7 @@ module finshell_core
    use finshell_reference, only: reference_t, drilling_weight, higher_order_strain
    use finshell_resultants, only: resultants_t, switches_t, integrate, midsurface_thickness, points_per_block
    use finshell_section, only: section_t, formulation_s
+   use finshell_twist, only: twist_t, new_twist, twist_energy, add_twist_force, add_twist_hessian
    use finshell_voigt, only: row, column
    implicit none
    private
@@ -78,6 +79,7 @@ contains
       real(wp) :: membrane_change(points_per_block, 3), curvature_change(points_per_block, 3)
       integer(i4) :: point_status(points_per_block)
       type(kink_t) :: kink
+      type(twist_t) :: twist
       logical :: stabilised
       integer :: g, groups, i, j, k, v
 
@@ -98,6 +100,8 @@ contains
          call new_drilling(level, ref, filter%c, filter%jacobian, tau, kink, drill)
          call stabilised_strain(filter%strain, bend, drill, membrane)
          call drilling_stiffness(section, ref, beta0, higher, axes, kh)
+         if (kink%any) slope = slope - curved%slope
+         call new_twist(section, ref, axes, slope, twist)
       else
          groups = 3
          do i = 1, 3
@@ -160,6 +164,7 @@ contains
       if (stabilised) then
          core%energy = core%energy + 0.5_wp*(kh(:, 1)*tau(:, 1)**2 + kh(:, 2)*tau(:, 2)**2 + kh(:, 3)*tau(:, 3)**2) &
             + kh(:, 4)*tau(:, 1)*tau(:, 2) + kh(:, 5)*tau(:, 1)*tau(:, 3) + kh(:, 6)*tau(:, 2)*tau(:, 3)
+         if (twist%any) call twist_energy(twist, core%energy)
       end if
       if (level < level_force) return
 
@@ -189,6 +194,7 @@ contains
             j = 3 + column(k)
             core%hessian(:, i, j) = core%hessian(:, i, j) + kh(:, k)
          end do
+         if (twist%any) call add_twist_hessian(twist, core%hessian(:, 7:12, 7:12))
          call stabilised_geometric(ref, filter, bend, drill, work, core%hessian, kink)
       else
          call paper_geometric(ref, filter, tau, higher, work, core%hessian)
@@ -210,6 +216,7 @@ contains
          call add_slope_force(stabilised, ref, bend, l, dl, work, gradient)
          if (stabilised) then
             call add_stabilised_force(drill, kh, tau, work, gradient, kink)
+            if (twist%any) call add_twist_force(twist, gradient(:, 7:12))
          else
             call add_paper_force(ref, filter, tau, higher, work, gradient)
          end if

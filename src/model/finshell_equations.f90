@@ -8,6 +8,7 @@ module finshell_equations
    use finshell_status, only: status_input_error, status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_constant_factor, factor_at
+   use finshell_quaternion, only: rotation_vector_to_quaternion
    use finshell_rotation, only: cross_product, tangent_operator
    use finshell_held_side, only: find_held_sides
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
@@ -16,7 +17,7 @@ module finshell_equations
       support_components, support_clamp, support_hinge, support_symmetry, axes_global, axes_given, axes_cylindrical
    implicit none
    private
-   public :: equations_t, new_equations, motion_at, rotation_at, gather, scatter, free_part, largest_turn
+   public :: equations_t, new_equations, motion_at, rotation_at, turn_held, gather, scatter, free_part, largest_turn
    public :: field_displacement, field_rotation
 
    integer(i1), parameter :: field_displacement = 1_i1, field_rotation = 2_i1
@@ -293,6 +294,16 @@ contains
          rotation = rotation + factor_at(state, k)*self%motion(rx:rz, i, k)
       end do
    end function rotation_at
+
+   !> Rotations of nodes whose whole rotation is given.
+   pure subroutine turn_held(self, state)
+      type(equations_t), intent(in) :: self
+      type(state_t), intent(inout) :: state
+      integer :: i
+      do i = 1, size(self%moved)
+         if (self%turned(i)) state%rotation(:, self%moved(i)) = rotation_vector_to_quaternion(rotation_at(self, i, state))
+      end do
+   end subroutine turn_held
 
    !> Global nodal vectors (n_nodal, nodes) to the equations: components in node axes, held ones left out.
    pure subroutine gather(self, nodal, x)

@@ -14,7 +14,7 @@ module finshell_mesh
    public :: set_t, edge_set_t, mesh_t
    public :: new_mesh, add_node_set, add_element_set, add_edge_set
    public :: find_node_set, find_element_set, find_edge_set, node_set_names, element_set_names, edge_set_names
-   public :: mesh_area, mesh_size, mean_side, twice_area_vector, node_text, element_text
+   public :: elements_at, mesh_area, mesh_size, mean_side, twice_area_vector, node_text, element_text
 
    !> Nodes or elements by name; numbers ascending, each once.
    type :: set_t
@@ -196,6 +196,15 @@ contains
          text = text//sets(i)%name
       end do
    end function set_names
+
+   !> Elements at marked nodes.
+   pure function elements_at(mesh, marked) result(list)
+      type(mesh_t), intent(in) :: mesh
+      logical, intent(in) :: marked(:) !< (nodes)
+      integer, allocatable :: list(:)
+      integer :: e
+      list = pack([(e, e=1, size(mesh%triangles, 2))], [(any(marked(mesh%triangles(:, e))), e=1, size(mesh%triangles, 2))])
+   end function elements_at
 
    !> Sum of the areas of all triangles.
    pure real(wp) function mesh_area(mesh) result(area)

@@ -25,7 +25,7 @@ module finshell_descent
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
-   public :: descend
+   public :: descend, most_iterations
 
    !> A correction as far as it is known before it is made.
    type :: course_t
@@ -43,6 +43,10 @@ module finshell_descent
    end type course_t
 
    integer, parameter :: patience = 12 !< iterations, times those allowed to Newton's method
+   !> Iterations times unknowns that a descent may cost, once it has had `least_patience` times those of Newton's method: on
+   !> large meshes it would go on for hours. Most that end take less than 100 iterations.
+   real(wp), parameter :: effort = 3.0e7_wp
+   integer, parameter :: least_patience = 2
    real(wp), parameter :: longest_stride = 0.4_wp !< where the step has no rotation limit
    real(wp), parameter :: tolerated = 1.5_wp !< a stride that is longer by this is shortened along the line, not by a larger a
    real(wp), parameter :: climb = 4.0_wp !< ratio by which a rises where the matrix is indefinite
@@ -92,7 +96,7 @@ contains
          return
       end if
       do
-         call find_course(problem, target, limit, patience*settings%maximum_iterations, a, course, result, ok)
+         call find_course(problem, target, limit, most_iterations(problem%n, settings%maximum_iterations), a, course, result, ok)
          if (.not. abs(result%first_change) > 0) result%first_change = course%change
          if (ok) call follow(problem, course, after, result, ok)
          if (.not. ok) then
@@ -140,6 +144,12 @@ contains
          result%reason = reason
       end subroutine give_up
    end subroutine descend
+
+   !> Iterations that a descent may take: bounded by their number, and on large meshes by the work.
+   pure integer function most_iterations(unknowns, of_newton) result(most)
+      integer, intent(in) :: unknowns, of_newton
+      most = min(patience*of_newton, max(least_patience*of_newton, int(min(effort/max(unknowns, 1), 1.0e6_wp))))
+   end function most_iterations
 
    !> Newton's iteration with a small part of the stand-in in the matrix, and exact forces, as long as it converges fast.
    !>
@@ -212,8 +222,9 @@ contains
       do
          if (result%iterations >= most) then
             result%code = status_not_converged
-            result%reason = 'no convergence in '//text_of(result%iterations)//' iterations of a descent (residual ' &
-               //text_of(real(result%residual, kind(1.0d0)))//')'
+            result%spent = .true.
+            result%reason = 'no convergence in '//text_of(result%iterations)//' iterations of a descent, the most for ' &
+               //text_of(problem%n)//' unknowns (residual '//text_of(real(result%residual, kind(1.0d0)))//')'
             return
          end if
          course%damping = a

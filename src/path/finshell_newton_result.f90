@@ -21,6 +21,7 @@ module finshell_newton_result
       type(tangent_t) :: first !< tangent to the path where the iteration began
       type(tangent_t) :: last !< where it ended; both a correction before that
       real(wp), allocatable :: x_t(:) !< change of the unknowns per load factor, last iteration; unallocated in load control
+      logical :: spent = .false. !< a descent has cost all that one may
       integer :: regularised = 0 !< iterations with a stand-in stiffness or, in a descent, with inertia
       integer :: steps = 0 !< explicit ones, of a relaxation
       integer(i4) :: code = status_ok

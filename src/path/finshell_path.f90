@@ -12,17 +12,17 @@ module finshell_path
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: factor_at, by_constant_factor
    use finshell_problem, only: problem_t
-   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, prescribes_monitored, &
+   use finshell_step, only: step_t, control_load, control_arc_length, control_volume, &
       snap_mark, snap_refuse, constant_ramp
    use finshell_control, only: arc_norm, control_vector
    use finshell_newton, only: newton_result_t
-   use finshell_increment, only: next_size, cut_ratio
+   use finshell_next_size, only: adapt, fall_back
    use finshell_observer, only: record_t, observer_t
    use finshell_targets, only: targets_t, new_targets
    use finshell_tracker, only: tracker_t, attempt_t, monitored
    use finshell_stability, only: stability_t, find_stability, bifurcation_point, limit_and_bifurcation
    use finshell_locate, only: mark, location_t
-   use finshell_caution, only: objection, at_fold, fold_text, grip_of, grip_is_back
+   use finshell_caution, only: objection, at_fold, fold_text
    use finshell_balance, only: verdict_t
    use finshell_diagnosis, only: failure_t, failure_text, crawls_to_limit, where_text
    use finshell_progress, only: progress_t, continues
@@ -39,7 +39,6 @@ module finshell_path
       integer :: case = 1 !< of loads, that the last step changed
       real(wp) :: laboured = 0 !< increments that failed at first, the last ones counting most
       real(wp) :: largest = 0 !< change of the load factor in an increment of this step
-      real(wp) :: grip = 0 !< of the control before arc-length stood in for it
       type(progress_t) :: progress
       type(targets_t) :: targets !< of the step under way
       integer :: done = 0 !< its increments
@@ -48,9 +47,7 @@ module finshell_path
       procedure :: follow
       procedure, private :: bring_in_constants
       procedure, private :: advance
-      procedure, private :: fall_back
       procedure, private :: settle
-      procedure, private :: adapt
    end type path_t
 
    real(wp), parameter :: fading = 0.75_wp !< of the memory of failed attempts, from increment to increment
@@ -172,7 +169,7 @@ contains
       type(verdict_t) :: verdict
       character(len=:), allocatable :: complaint
       type(failure_t) :: failure
-      logical :: no_landing, overshot, turning, ended, crawls, descent_left
+      logical :: no_landing, overshot, turning, ended, crawls, descent_left, spent
       integer :: done, cuts
       done = 0
       if (present(before)) done = before
@@ -185,6 +182,7 @@ contains
          cuts = 0
          record = record_t()
          no_landing = .false.
+         spent = .false.
          if (allocated(self%refused)) deallocate (self%refused)
          attempt = self%plan(problem, step, targets, no_landing)
          if (self%rough) attempt%descends = self%may_descend(problem, step, targets, result, cuts, attempt)
@@ -196,6 +194,7 @@ contains
             call self%try(problem, step, targets, attempt, result)
             record%iterations = record%iterations + result%iterations
             record%steps = record%steps + result%steps
+            spent = spent .or. result%spent
             failure%tried_pivots = max(failure%tried_pivots, result%first_pivots)
             turning = .false.
             if (result%converged) then
@@ -222,7 +221,7 @@ contains
                attempt%softly = .true.
                attempt%turn = result%first_rotation
                cycle
-            else if (self%may_descend(problem, step, targets, result, cuts, attempt)) then
+            else if (.not. spent .and. self%may_descend(problem, step, targets, result, cuts, attempt)) then
                call problem%restore()
                attempt%descends = .true.
                cycle
@@ -230,7 +229,7 @@ contains
             call problem%restore()
             descent_left = cuts == 0 .and. step%descent .and. attempt%control == control_load .and. .not. attempt%descends
             cuts = cuts + 1
-            call self%fall_back(problem, step, targets, attempt, cuts, turning, no_landing)
+            call fall_back(self%tracker_t, step, targets, attempt, cuts, turning, no_landing)
             ended = at_fold(self%tracker_t, attempt) .and. .not. self%leaping
             failure%attempts = cuts
             failure%too_many = cuts > step%maximum_cuts
@@ -298,35 +297,6 @@ contains
       end function exhausted
    end subroutine advance
 
-   !> After a failed attempt: the next size, or another control.
-   subroutine fall_back(self, problem, step, targets, attempt, cuts, turning, no_landing)
-      class(path_t), intent(inout) :: self
-      class(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(targets_t), intent(in) :: targets
-      type(attempt_t), intent(in) :: attempt
-      integer, intent(inout) :: cuts
-      logical, intent(in) :: turning
-      logical, intent(inout) :: no_landing
-      logical :: can_switch
-
-      can_switch = step%switch_control .and. prescribes_monitored(attempt%control) .and. prescribes_monitored(step%control) &
-         .and. .not. self%substitute .and. self%history%count > 0
-      if (can_switch) can_switch = self%history%length(1) > 0 .and. grip_of(self%tracker_t) > 0
-      if (can_switch .and. (turning .or. cuts >= 2)) then
-         self%substitute = .true.
-         self%grip = grip_of(self%tracker_t)
-         self%size = min(self%history%length(1), abs(attempt%size)/self%grip)
-         self%length_per_factor = 1/self%grip
-      else if (attempt%landing) then
-         ! The value to land on lies beyond a limit point, or far: come nearer first.
-         no_landing = .true.
-         self%size = 0.5_wp*self%size
-      else
-         self%size = cut_ratio*abs(attempt%size)
-      end if
-   end subroutine fall_back
-
    !> Accept the new state; remember it; choose the next size; fill the record.
    subroutine settle(self, problem, step, targets, attempt, result, record)
       class(path_t), intent(inout) :: self
@@ -368,7 +338,7 @@ contains
       ! A volume is met as closely as the iteration has converged.
       if (attempt%control == control_volume) reached = attempt%prescribed
       call targets%pass(factor, reached)
-      call self%adapt(step, targets, attempt, result, record%cuts, first, length, change, reached)
+      call adapt(self%tracker_t, step, targets, attempt, result, record%cuts, first, length, change, reached)
 
       self%increments = self%increments + 1
       self%iterations = self%iterations + record%iterations
@@ -395,37 +365,4 @@ contains
       self%last%total_iterations = self%iterations
       self%last%total_cuts = self%cuts
    end subroutine settle
-
-   !> The size of the next increment, and whether the control of the step takes over again.
-   subroutine adapt(self, step, targets, attempt, result, cuts, first, length, change, value)
-      class(path_t), intent(inout) :: self
-      type(step_t), intent(in) :: step
-      type(targets_t), intent(in) :: targets
-      type(attempt_t), intent(in) :: attempt
-      type(newton_result_t), intent(in) :: result
-      integer, intent(in) :: cuts
-      logical, intent(in) :: first
-      real(wp), intent(in) :: length, change !< of the increment
-      real(wp), intent(in) :: value !< of the monitored quantity
-
-      if (attempt%control == control_vector) then
-         deallocate (self%branch)
-         self%size = length
-         if (step%control == control_load) self%size = targets%first_size
-         if (prescribes_monitored(step%control)) self%size = max(abs(self%history%monitored(1)), targets%smallest_size)
-      else if (step%control == control_arc_length .and. first) then
-         if (abs(change) > 0) self%length_per_factor = length/abs(change)
-         self%size = next_size(length, result%iterations, cuts, step)
-      else if (self%rough .or. attempt%softly .or. attempt%relaxes) then
-         ! How hard a descent or a soft start was says nothing about the next increment.
-         self%size = max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0))
-      else if (.not. attempt%landing) then
-         self%size = next_size(max(abs(attempt%size), merge(self%size, 0.0_wp, cuts == 0)), result%iterations, cuts, step)
-      end if
-      if (.not. self%substitute .or. .not. targets%has_value()) return
-      if (.not. grip_is_back(self%tracker_t, self%grip, targets%next_value() - value)) return
-      self%substitute = .false.
-      self%length_per_factor = 1
-      self%size = abs(self%history%monitored(1))
-   end subroutine adapt
 end module finshell_path

@@ -65,10 +65,11 @@ module finshell_problem
       procedure :: keep_base
       procedure :: largest_rotation
       procedure :: magnitude
-      procedure :: inertia
+      procedure :: fictitious_masses
       procedure :: resist
       procedure :: taken_by_drag
       procedure :: change
+      procedure :: transport
       procedure :: accept
       procedure :: restore
       procedure :: keep_iterate
@@ -190,11 +191,11 @@ contains
 
    !> Masses with which no vibration of the structure is faster than steps of length 1 can follow, from the matrix of the last
    !> `evaluate` with tangent. To be overridden by problems that can be relaxed; zero: not known.
-   subroutine inertia(self, mass)
+   subroutine fictitious_masses(self, mass)
       class(problem_t), intent(in) :: self
       real(wp), intent(out) :: mass(:) !< (n)
       mass = 0*self%size
-   end subroutine inertia
+   end subroutine fictitious_masses
 
    !> Subtract the drag from the residual.
    subroutine resist(self)
@@ -224,6 +225,14 @@ contains
       real(wp) :: value
       value = factor_at(self%state, scaling) - factor_at(self%base, scaling)
    end function change
+
+   !> A motion that is a correction from `base` to what it is as one from `state`. To be overridden where the same motion
+   !> is another vector there.
+   subroutine transport(self, x)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(inout) :: x(:)
+      x = x + 0*self%size
+   end subroutine transport
 
    !> The trial state is an equilibrium state: start the next increment from it.
    subroutine accept(self)

@@ -1,7 +1,7 @@
 !> Dynamic relaxation: to a stable equilibrium state under a given load through a motion that loses its energy, with explicit
 !> steps.
 !>
-!> The masses are fictitious: as small as they may be for steps of length 1 to be stable (`inertia` of the problem), so that all
+!> The masses are fictitious: as small as they may be for steps of length 1 to be stable (`fictitious_masses`), so that all
 !> parts of the structure move as fast as they can. The load comes in over the first steps. A shell is stopped where its kinetic
 !> energy passes a peak (Cundall 1976, Barnes 1988). A membrane trembles in its slack parts and passes peaks all the time: its
 !> motion is damped critically, by the frequency that the Rayleigh quotient of the velocity and of the change of the forces gives
@@ -185,7 +185,7 @@ contains
       logical, intent(in), optional :: goes_on
       call problem%evaluate(.true., error, merge(1.0_wp, 0.0_wp, problem%soft), scaling=scaling)
       if (allocated(error)) return
-      call problem%inertia(motion%mass)
+      call problem%fictitious_masses(motion%mass)
       motion%mass = motion%heaviness*motion%mass
       motion%age = 0
       if (present(goes_on)) return

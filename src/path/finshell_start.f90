@@ -78,6 +78,7 @@ contains
          if (last .or. .not. part%converged) exit
          change = problem%change(scaling)
          call problem%increment(x)
+         call problem%transport(x)
          call history%remember(x, change, 0.0_wp, arc_norm(x, problem%field, 0.0_wp, 0.0_wp))
          if (part%last%known) call history%point(part%last%x, 0.0_wp, arc_norm(part%last%x, problem%field, 0.0_wp, 0.0_wp), &
                                                  arc_product(x, part%last%x, problem%field))

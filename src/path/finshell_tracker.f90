@@ -46,6 +46,7 @@ module finshell_tracker
       real(wp) :: size = 0 !< next increment of the step, magnitude; arc-length: 0 before the first
       real(wp) :: load_weight = 0
       real(wp) :: length_per_factor = 1 !< arc-length after its first increment: bounds are stated as load factors
+      real(wp) :: grip = 0 !< of the control before arc-length stood in for it
       logical :: substitute = .false. !< arc-length stands in for a control whose quantity turns round
       logical :: rough = .false. !< the last increment was found by a descent only, so the next is sought by one at once
       logical :: hampered = .false. !< the last increment was cut
@@ -63,7 +64,6 @@ module finshell_tracker
       real(wp), allocatable :: refused(:) !< an increment from here that was not believed
       real(wp), allocatable :: overshoot(:) !< an increment that is to be interpolated
       real(wp) :: overshoot_change = 0
-      integer :: bifurcations = 0 !< located in this step
       real(wp), allocatable :: course(:) !< what a step in time carries from increment to increment, while it is under way
    contains
       procedure :: plan
@@ -75,7 +75,6 @@ module finshell_tracker
       procedure :: may_start_softly
       procedure :: may_descend
       procedure :: may_fall_back
-      procedure :: pass_bifurcation
    end type tracker_t
 
    !> A descent that moves the structure by more than this part of all it has moved is a snap, not the way on.
@@ -339,9 +338,16 @@ contains
       type(newton_result_t), intent(in) :: result
       logical, intent(in) :: missed !< it was cut, and the one before
       real(wp), intent(in) :: x(:), change, moved, length !< increment, of the factor, of the monitored quantity, of the path
+      real(wp), allocatable :: seen(:)
       real(wp) :: rate
       logical :: along
-      call self%history%remember(x, change, moved, length)
+      integer :: k
+      seen = x
+      call problem%transport(seen)
+      do k = 1, self%history%count
+         call problem%transport(self%history%vector(:, k))
+      end do
+      call self%history%remember(seen, change, moved, length)
       self%smooth = self%smooth .and. problem%negative_pivots == 0 .and. .not. missed &
                     .and. .not. (attempt%descends .or. attempt%relaxes .or. result%rounding) &
                     .and. step%control /= control_arc_length .and. attempt%control /= control_arc_length

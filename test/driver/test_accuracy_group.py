@@ -183,7 +183,7 @@ class Accuracy(unittest.TestCase):
                                (ROOF + "&accuracy /\n&accuracy /\n", "there can be only one such group"),
                                (ROOF + "&step /\n&accuracy /\n", "either all steps are linear or none"),
                                (ROOF + "&step control = 'buckling' /\n&accuracy /\n", "modes have no estimate"),
-                               (ROOF + "&step control = 'dynamic' duration = 1 /\n&accuracy /\n", "steps in time do not go on"),
+                               (ROOF + "&step control = 'dynamic' duration = 1 /\n&accuracy /\n", "a motion cannot go on"),
                                (ROOF.replace("'w'", "'mesh'") + "&accuracy /\n", "called 'mesh'"),
                                (ROOF + "&load type = 'force' node_set = 'edge_a1' vector = 1, 0, 0 /\n&accuracy /\n",
                                 f"model.nml:{last}: &load: with &accuracy it cannot act at the nodes of 'edge_a1'")):
