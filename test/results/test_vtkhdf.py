@@ -123,10 +123,10 @@ class Results(unittest.TestCase):
     def check_history(self, steps):
         with open(self.file + ".history.csv", newline="") as file:
             rows = list(csv.reader(file))
-        self.assertEqual(rows[0], ["increment", "load_factor", "iterations", "negative_pivots", "w", 'p, in "psi"', "critical_point", "residual", "correction", "snap"])
+        self.assertEqual(rows[0], ["increment", "load_factor", "iterations", "negative_pivots", "w", 'p, in "psi"', "critical_point", "residual", "correction", "snap", "found_by", "stabilisation"])
         found = np.array(rows[1:], dtype=float)
         i = np.arange(steps)
-        np.testing.assert_array_equal(found, np.column_stack([i, np.sin(0.3 * i), 3 + i, 0 * i, 0.1 * i, 1 / (1.0 + i), 0 * i, 0 * i, 0 * i, 0 * i]))
+        np.testing.assert_array_equal(found, np.column_stack([i, np.sin(0.3 * i), 3 + i, 0 * i, 0.1 * i, 1 / (1.0 + i), 0 * i, 0 * i, 0 * i, 0 * i, 0 * i, 0 * i]))
 
     def check_all(self, steps):
         self.check_vtkhdf(steps)
