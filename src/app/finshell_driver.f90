@@ -13,6 +13,7 @@ module finshell_driver
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, raise, text_of
    use finshell_input, only: input_t, read_input
+   use finshell_mesh_report, only: report_mesh
    use finshell_monitor, only: restart_none
    use finshell_monitoring, only: slack_share
    use finshell_options, only: exit_incomplete, exit_input, exit_ok, options_t, print_help, read_command_line
@@ -55,6 +56,7 @@ contains
       case ('check'); call run(options, .false., code)
       case ('study'); call study(options, code)
       case ('convert'); call convert(options, code)
+      case ('mesh'); call report_mesh(options, code)
       case ('restart'); call run(options, .true., code)
       case ('version')
          if (leads(options%team)) write (output_unit, '(a)') 'finshell '//version

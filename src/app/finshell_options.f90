@@ -11,7 +11,7 @@ module finshell_options
 
    integer, parameter :: exit_ok = 0, exit_incomplete = 1, exit_input = 2
    integer, parameter :: most_levels = 10
-   character(len=7), parameter :: commands(5) = [character(len=7) :: 'run', 'check', 'study', 'restart', 'convert']
+   character(len=7), parameter :: commands(*) = [character(len=7) :: 'run', 'check', 'study', 'restart', 'convert', 'mesh']
 
    type :: options_t
       character(len=:), allocatable :: command, input
@@ -94,7 +94,7 @@ contains
             if (options%command == '') then
                options%command = word
                if (all(word /= commands)) complaint = "unknown command '"//word &
-                  //"'; expected run, check, study, restart or convert"
+                  //"'; expected run, check, study, restart, mesh or convert"
             else if (index(word, '-') == 1) then
                complaint = "unknown option '"//word//"'"
             else if (options%command == 'restart' .and. .not. allocated(options%results)) then
@@ -108,7 +108,7 @@ contains
          if (allocated(complaint)) return
       end do
       if (options%command == '') then
-         complaint = 'a command is expected: run, check, study, restart or convert'
+         complaint = 'a command is expected: run, check, study, restart, mesh or convert'
       else if (options%command == 'restart' .and. .not. allocated(options%results)) then
          complaint = 'the command restart needs the results of a run'
       else if (options%command == 'restart') then
@@ -122,7 +122,7 @@ contains
       else if (options%command /= 'study' .and. of_study /= '') then
          complaint = of_study//' belongs to the command study'
       else if (options%command == 'study' .and. of_run /= '') then
-         complaint = of_run//' belongs to the commands run and check'
+         complaint = of_run//' belongs to the commands run, check and mesh'
       end if
    end subroutine read_command_line
 
@@ -184,7 +184,8 @@ contains
          '  finshell run INPUT.nml      solve; writes NAME.history.csv, NAME.vtkhdf and NAME.xdmf', &
          '  finshell check INPUT.nml    read the input, build the model, report its size, solve nothing', &
          '  finshell study INPUT.nml    solve on coarser and finer meshes: errors, costs, and which to take', &
-         '  finshell convert DECK.inp    a deck of Abaqus or CalculiX as DECK.nml; says what it does not take', &
+         '  finshell mesh INPUT.nml     size, quality and sets of the mesh, and NAME.msh for Gmsh', &
+         '  finshell convert DECK.inp   a deck of Abaqus or CalculiX as DECK.nml; says what it does not take', &
          '  finshell restart RESULTS [INPUT.nml]', &
          '                              go on with a run that ended or was killed, from its last increment', &
          '  finshell --version', &

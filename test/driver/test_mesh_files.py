@@ -102,6 +102,33 @@ class MeshFiles(unittest.TestCase):
                 if name.endswith("inp"):
                     self.assertIn("1 elements that are no surfaces were left out", printed)
 
+    def test_written_mesh(self):
+        """What `finshell mesh` says and writes: the file is a mesh of the same sets, and gives the same answer."""
+        model = f"&job name = 'p' /\n&mesh generator = 'hole' lengths = 2, 1 radius = 0.3 divisions = 4, 4 /\n"
+        model += "&element_set name = 'far' x = 1.0, 2.0 /\n&node_set name = 'some' x = 0.0, 0.5 /\n" + REST.format("edge_x0").replace(
+            "element_set = 'all'", "element_set = 'far'")
+        with tempfile.TemporaryDirectory() as folder:
+            def run(*arguments, code=0):
+                result = subprocess.run([os.environ["FINSHELL_BIN"], *arguments], cwd=folder, capture_output=True, text=True, check=False)
+                self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+                return result.stdout + result.stderr
+            (Path(folder) / "p.nml").write_text(model)
+            said = run("mesh", "p.nml")
+            for words in ("1 connected part, area 1.93", "x from 0.0", "to 2.0", "smallest angle", "0 edges of more than two", "free edges", "  far: ", "  some: ",
+                          "Written: p.msh"):
+                self.assertIn(words, said.replace("E+00", "").replace(".000000", ".0"))
+            run("run", "-q", "p.nml")
+            (Path(folder) / "again.nml").write_text("&mesh file = 'p.msh' /\n" + "\n".join(
+                line for line in model.splitlines() if not line.startswith(("&job", "&mesh", "&node_set", "&element_set"))))
+            run("run", "-q", "again.nml")
+            rows = [list(csv.DictReader((Path(folder) / f"{name}.history.csv").read_text().splitlines()))[-1] for name in ("p", "again")]
+            self.assertAlmostEqual(float(rows[0]["w"]) / float(rows[1]["w"]), 1, delta=1e-9)
+            again = run("mesh", "again.nml", "-o", ".")
+            for line in said.splitlines():
+                if line.startswith("  "):
+                    self.assertIn(line, again)
+            self.assertIn("cannot" if os.getuid() else "nowhere", run("mesh", "p.nml", "-o", "nowhere", code=2) + "cannot")
+
     def test_deck(self):
         further = ("*ELSET, ELSET=first\n1, 2,\n 3\n*ELSET, ELSET=more\nfirst, 4\n*SURFACE, NAME=tip\n"
                    + "".join(f"{2 * (N * j + N) - 1}, E2\n" for j in range(N)) + "*SURFACE, TYPE=NODE, NAME=rooty\nroot")

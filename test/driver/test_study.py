@@ -142,7 +142,7 @@ class Study(unittest.TestCase):
         for options, words in ((("--accuracy", "0"), "--accuracy needs a number above 0, as 1% or 0.01, found '0'"),
                                (("--accuracy", "x%"), "found 'x%'"), (("--budget", "-1"), "--budget needs a number of seconds above 0, found '-1'"),
                                (("--budget",), "found ''"), (("--levels", "0"), "--levels needs a whole number, 1 to 10, found '0'"),
-                               (("--levels", "2.5"), "found '2.5'"), (("--refine", "1"), "--refine belongs to the commands run and check"),
+                               (("--levels", "2.5"), "found '2.5'"), (("--refine", "1"), "--refine belongs to the commands run, check and mesh"),
                                (("--level", "2"), "unknown option '--level'")):
             self.assertIn(words, self.run_text(ROOF, *options, code=2).stderr)
         self.assertIn("--budget belongs to the command study", self.run_text(ROOF, "--budget", "1", command="run", code=2).stderr)
