@@ -160,7 +160,7 @@ contains
          if (.not. options%quiet) write (output_unit, '(a)') 'Goes on after increment '//text_of(resume%increment)//' of ' &
             //resume%base
       end if
-      call reporter%checkpoint%attach(problem, path, input%output%restart, new_head(options, input))
+      if (speaks) call reporter%checkpoint%attach(problem, path, input%output%restart, new_head(options, input))
       reporter%checkpoint%step = first
       if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
       call agree(options%team, error)

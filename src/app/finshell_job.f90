@@ -16,6 +16,7 @@ module finshell_job
    use finshell_resettle, only: resettle
    use finshell_speaker, only: speaker_t
    use finshell_state, only: state_t
+   use finshell_team, only: agree
    use finshell_step, only: control_buckling, control_displacement, control_dynamic, control_explicit, control_frequencies, &
       control_linear, control_volume, is_in_time, leaves_state, prescribes_monitored, step_t
    implicit none
@@ -61,6 +62,7 @@ contains
          end select
          if (.not. allocated(error) .and. (leaves_state(steps(i)%control) .or. is_in_time(steps(i)%control))) &
             call reporter%checkpoint%end_step(i, error)
+         call agree(problem%team, error)
          if (allocated(error)) return
       end do
    end subroutine follow_steps

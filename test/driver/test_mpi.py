@@ -68,12 +68,12 @@ class Processes(unittest.TestCase):
         os.environ.update(options)
         return ["mpirun", "-n", str(processes), PARALLEL]
 
-    def close(self, a, b, what):
+    def close(self, a, b, what, tolerance=1e-10):
         a, b = np.asarray(a), np.asarray(b)
         self.assertEqual(a.shape, b.shape, what)
         self.assertTrue(np.array_equal(np.isnan(a), np.isnan(b)), what)
         scale = np.nanmax(np.abs(a), initial=0.0)
-        self.assertLessEqual(np.nanmax(np.abs(a - b), initial=0.0), 1e-10 * scale, what)
+        self.assertLessEqual(np.nanmax(np.abs(a - b), initial=0.0), tolerance * scale, what)
 
     def test_examples(self):
         for name, processes in CASES.items():
@@ -90,7 +90,8 @@ class Processes(unittest.TestCase):
                 a, b = fields_of(alone), fields_of(together)
                 self.assertEqual(a.keys(), b.keys())
                 for key, values in a.items():
-                    self.close(values, b[key], key)
+                    # linear steps find it by a difference over a small part of the motion, with eleven digits
+                    self.close(values, b[key], key, 1e-9 if key == "thickness_stretch" else 1e-10)
 
     def solve_text(self, text, processes, *arguments):
         (self.folder / "in.nml").write_text(text)
