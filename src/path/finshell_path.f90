@@ -286,7 +286,8 @@ contains
          type(attempt_t), intent(inout) :: last
          call note(last)
          self%size = max(abs(failure%size), least_fall*targets%first_size)
-         if (failure%increment == 0) self%size = huge(self%size) ! a sheet, which the load has to stretch
+         ! a sheet, which the load has to stretch
+         if (failure%increment == 0) self%size = abs(targets%next_level() - factor_at(problem%state, step%scaling))
          last = self%plan(problem, step, targets, no_landing)
          last%relaxes = .true.
          self%falls = self%falls + 1

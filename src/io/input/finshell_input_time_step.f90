@@ -19,6 +19,7 @@ contains
       character(len=:), allocatable :: scheme
 
       call read_plan(group, step%time, error)
+      if (allocated(error)) return
       step%final_load_factor = 1
       if (allocated(step%time%factors)) then
          step%final_load_factor = step%time%factors(size(step%time%factors))
