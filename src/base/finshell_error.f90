@@ -2,7 +2,7 @@
 !>
 !> A procedure that can fail takes `type(error_t), allocatable, intent(out) :: error`; it is allocated exactly on failure.
 module finshell_error
-   use finshell_kinds, only: i4
+   use finshell_kinds, only: i4, i8
    implicit none
    private
    public :: error_t, raise, text_of
@@ -15,6 +15,7 @@ module finshell_error
    !> A number as text, for messages and columns: a real has at most 14 characters.
    interface text_of
       module procedure :: text_of_integer
+      module procedure :: text_of_large_integer
       module procedure :: text_of_real
    end interface text_of
 
@@ -37,6 +38,14 @@ contains
       write (buffer, '(i0)') i
       text = trim(buffer)
    end function text_of_integer
+
+   pure function text_of_large_integer(i) result(text)
+      integer(i8), intent(in) :: i
+      character(len=:), allocatable :: text
+      character(len=24) :: buffer
+      write (buffer, '(i0)') i
+      text = trim(buffer)
+   end function text_of_large_integer
 
    pure function text_of_real(x) result(text)
       use finshell_kinds, only: dp

@@ -1,7 +1,7 @@
 !> Supports and loads of a deck as groups of a namelist.
 module finshell_deck_load
    use finshell_deck, only: data_t, deck_t
-   use finshell_deck_writer, only: number_text, quoted, writer_t
+   use finshell_deck_writer, only: number_text, quoted, vector_text, writer_t
    use finshell_kinds, only: i8, wp
    use finshell_text, only: lower_case, parse_integer
    implicit none
@@ -211,10 +211,4 @@ contains
       if (deck%cards(c)%has('AMPLITUDE')) call writer%miss(deck, c, 'AMPLITUDE: it follows the load factor')
       if (lower_case(deck%cards(c)%value('OP')) == 'new') call writer%miss(deck, c, 'OP = NEW: loads stay in all steps')
    end subroutine note_amplitude
-
-   pure function vector_text(x) result(text)
-      real(wp), intent(in) :: x(3)
-      character(len=:), allocatable :: text
-      text = number_text(x(1))//', '//number_text(x(2))//', '//number_text(x(3))
-   end function vector_text
 end module finshell_deck_load

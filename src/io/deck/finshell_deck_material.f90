@@ -1,7 +1,7 @@
 !> Materials and sections of a deck as groups of a namelist.
 module finshell_deck_material
    use finshell_deck, only: data_t, deck_t
-   use finshell_deck_writer, only: number_text, quoted, writer_t
+   use finshell_deck_writer, only: number_text, quoted, vector_text, writer_t
    use finshell_kinds, only: i8, wp
    use finshell_rotation, only: cross_product
    use finshell_text, only: lower_case, parse_integer, parse_real
@@ -257,10 +257,4 @@ contains
          if (angles == '') angles = ' '//number_text(angle)
       end if
    end subroutine orientation
-
-   pure function vector_text(x) result(text)
-      real(wp), intent(in) :: x(3)
-      character(len=:), allocatable :: text
-      text = number_text(x(1))//', '//number_text(x(2))//', '//number_text(x(3))
-   end function vector_text
 end module finshell_deck_material

@@ -9,7 +9,7 @@ module finshell_deck_writer
    use finshell_text, only: lower_case, parse_integer
    implicit none
    private
-   public :: writer_t, quoted, number_text
+   public :: writer_t, quoted, number_text, vector_text
 
    type :: writer_t
       type(mesh_t) :: mesh
@@ -143,4 +143,10 @@ contains
       digits = verify(text, '0', back=.true.)
       text = text(:max(digits, index(text, '.') + 1))
    end function number_text
+
+   pure function vector_text(x) result(text)
+      real(wp), intent(in) :: x(3)
+      character(len=:), allocatable :: text
+      text = number_text(x(1))//', '//number_text(x(2))//', '//number_text(x(3))
+   end function vector_text
 end module finshell_deck_writer

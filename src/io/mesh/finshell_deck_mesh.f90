@@ -4,7 +4,7 @@ module finshell_deck_mesh
    use finshell_deck, only: data_t, deck_t, read_deck
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: i8, wp
-   use finshell_deck_sets, only: add_tag, deck_sets_t, enter_sets, find_set, read_set, read_surface, tag_text
+   use finshell_deck_sets, only: add_tag, deck_sets_t, enter_sets, find_set, read_set, read_surface
    use finshell_mesh, only: mesh_t
    use finshell_mesh_sorting, only: sorted_order
    use finshell_raw_mesh, only: raw_mesh_t
@@ -68,7 +68,7 @@ contains
          call content%raw%make(mesh, bad_dimension, bad_element, bad_node)
          if (bad_dimension >= 0) then
             call raise(error, status_input_error, file//': element ' &
-               //tag_text(content%raw%elements(bad_dimension)%tags(bad_element))//' refers to the node '//tag_text(bad_node) &
+               //text_of(content%raw%elements(bad_dimension)%tags(bad_element))//' refers to the node '//text_of(bad_node) &
                //', which does not exist')
             return
          end if
@@ -242,13 +242,13 @@ contains
          order = sorted_order(tags)
          do i = 2, size(order)
             if (tags(order(i)) /= tags(order(i - 1))) cycle
-            call raise(error, status_input_error, file//': the node '//tag_text(tags(order(i)))//' is there twice')
+            call raise(error, status_input_error, file//': the node '//text_of(tags(order(i)))//' is there twice')
             return
          end do
          order = sorted_order(list%tags(:list%count))
          do i = 2, size(order)
             if (list%tags(order(i)) /= list%tags(order(i - 1)) .or. list%places(order(i)) == list%places(order(i - 1))) cycle
-            call raise(error, status_input_error, file//': the element '//tag_text(list%tags(order(i))) &
+            call raise(error, status_input_error, file//': the element '//text_of(list%tags(order(i))) &
                //' is there twice, in lines '//text_of(list%places(order(i - 1)))//' and '//text_of(list%places(order(i))))
             return
          end do

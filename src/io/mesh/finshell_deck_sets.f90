@@ -11,7 +11,7 @@ module finshell_deck_sets
    use finshell_text, only: lower_case
    implicit none
    private
-   public :: deck_sets_t, read_set, read_surface, find_set, add_tag, enter_sets, tag_text
+   public :: deck_sets_t, read_set, read_surface, find_set, add_tag, enter_sets
 
    !> A set of nodes or elements: numbers of the deck.
    type :: set_t
@@ -293,12 +293,4 @@ contains
       if (low > size(list)) return
       if (list(low) == value) first_of = low
    end function first_of
-
-   pure function tag_text(tag) result(text)
-      integer(i8), intent(in) :: tag
-      character(len=:), allocatable :: text
-      character(len=24) :: buffer
-      write (buffer, '(i0)') tag
-      text = trim(buffer)
-   end function tag_text
 end module finshell_deck_sets

@@ -11,7 +11,7 @@ module finshell_gmsh
    use finshell_text, only: read_whole_file
    use finshell_mesh, only: mesh_t, add_node_set, add_element_set, add_edge_set, find_node_set, find_element_set
    use finshell_gmsh_scanner, only: gmsh_scanner_t
-   use finshell_gmsh_content, only: content_t, tag_text
+   use finshell_gmsh_content, only: content_t
    use finshell_gmsh_sections, only: read_content
    implicit none
    private
@@ -68,8 +68,8 @@ contains
       end do
       call content%make(mesh, dimension, e, node)
       if (dimension >= 0) then
-         call scanner%complain('element '//tag_text(content%elements(dimension)%tags(e))//' refers to the node ' &
-            //tag_text(node)//', which does not exist', error, content%elements(dimension)%places(e))
+         call scanner%complain('element '//text_of(content%elements(dimension)%tags(e))//' refers to the node ' &
+            //text_of(node)//', which does not exist', error, content%elements(dimension)%places(e))
          return
       end if
       do i = 1, size(content%membership, 2)
@@ -164,7 +164,7 @@ contains
                numbers(p, q) = content%number_of(tags(p, q))
                if (numbers(p, q) > 0) cycle
                call raise(error, status_input_error, file//": the physical group '"//name//"' contains the node " &
-                  //tag_text(tags(p, q))//', which belongs to no triangle')
+                  //text_of(tags(p, q))//', which belongs to no triangle')
                return
             end do
          end do

@@ -3,7 +3,7 @@
 module finshell_gmsh_22
    use finshell_kinds, only: i8
    use finshell_error, only: error_t, text_of
-   use finshell_gmsh_content, only: block_t, check_twice, complain_of_kind, content_t, kind_of, tag_text
+   use finshell_gmsh_content, only: block_t, check_twice, complain_of_kind, content_t, kind_of
    use finshell_gmsh_scanner, only: gmsh_scanner_t
    implicit none
    private
@@ -31,7 +31,7 @@ contains
          content%node_tags(i) = scanner%take_integer(error)
          content%node_places(i) = scanner%place()
          if (content%node_tags(i) < 1) call scanner%complain('the number of a node is above 0, found ' &
-            //tag_text(content%node_tags(i)), error)
+            //text_of(content%node_tags(i)), error)
          do k = 1, 3
             content%coordinates(k, i) = scanner%take_real(error)
          end do
@@ -55,8 +55,8 @@ contains
             type_of_element = scanner%take_integer(error)
             many = scanner%take_integer(error)
             n_tags = scanner%take_integer(error)
-            if (many < 1 .or. done + many > n) call scanner%complain('a block of '//tag_text(many)//' elements: $Elements ' &
-               //'announces '//tag_text(n)//', and '//tag_text(done)//' came before', error)
+            if (many < 1 .or. done + many > n) call scanner%complain('a block of '//text_of(many)//' elements: $Elements ' &
+               //'announces '//text_of(n)//', and '//text_of(done)//' came before', error)
             do i = 1, many
                tag = scanner%take_integer(error)
                call read_element(scanner, content, type_of_element, n_tags, tag, last, error)

@@ -7,7 +7,7 @@ module finshell_gmsh_content
    use finshell_raw_mesh, only: raw_mesh_t, can_cut
    implicit none
    private
-   public :: physical_t, block_t, content_t, check_tag, check_twice, tag_text, kind_of, complain_of_kind
+   public :: physical_t, block_t, content_t, check_tag, check_twice, kind_of, complain_of_kind
 
    !> A physical group and its name.
    type :: physical_t
@@ -100,8 +100,8 @@ contains
       integer(i8), intent(in) :: tag, least, largest
       type(error_t), allocatable, intent(inout) :: error
       if (tag >= max(1_i8, least) .and. tag <= largest .or. allocated(error)) return
-      call scanner%complain('the tag '//tag_text(tag)//' of this '//what//' is not one of '//tag_text(max(1_i8, least))//' to ' &
-         //tag_text(largest)//', which the section announces', error)
+      call scanner%complain('the tag '//text_of(tag)//' of this '//what//' is not one of '//text_of(max(1_i8, least))//' to ' &
+         //text_of(largest)//', which the section announces', error)
    end subroutine check_tag
 
    !> No two things may have the same tag, except pieces of one; the second one is named.
@@ -125,13 +125,4 @@ contains
          return
       end do
    end subroutine check_twice
-
-   !> A tag as text.
-   pure function tag_text(tag) result(text)
-      integer(i8), intent(in) :: tag
-      character(len=:), allocatable :: text
-      character(len=24) :: buffer
-      write (buffer, '(i0)') tag
-      text = trim(buffer)
-   end function tag_text
 end module finshell_gmsh_content

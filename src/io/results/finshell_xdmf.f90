@@ -132,11 +132,11 @@ contains
       kind = 'Matrix'
       if (field%components == 1) kind = 'Scalar'
       if (field%components == 3) kind = 'Vector'
-      all = big((step + 1_i8) * items)
+      all = text_of((step + 1_i8) * items)
       text = '    <Attribute Name="'//field%name//'" AttributeType="'//kind//'" Center="'//center//'">'//nl &
          & //'     <DataItem ItemType="HyperSlab" Dimensions="'//text_of(items)//columns//'">'//nl &
          & //'      <DataItem Format="XML" NumberType="Int" Precision="8" Dimensions="3 '//trim(merge('2', '1', one /= '')) &
-         & //'">'//big(int(step, i8) * items)//zero//'  1'//one//'  '//text_of(items)//columns//'</DataItem>'//nl &
+         & //'">'//text_of(int(step, i8) * items)//zero//'  1'//one//'  '//text_of(items)//columns//'</DataItem>'//nl &
          & //'      <DataItem Format="HDF" NumberType="Float" Precision="'//text_of(bytes)//'" Dimensions="'//all//columns//'">' &
          & //source//':/VTKHDF/'//group//'/'//field%name//'</DataItem>'//nl &
          & //'     </DataItem>'//nl//'    </Attribute>'//nl
@@ -196,13 +196,4 @@ contains
          text = trim(adjustl(buffer))
       end if
    end function time_text
-
-   !> A large integer as text.
-   pure function big(i) result(text)
-      integer(i8), intent(in) :: i
-      character(len=:), allocatable :: text
-      character(len=24) :: buffer
-      write (buffer, '(i0)') i
-      text = trim(buffer)
-   end function big
 end module finshell_xdmf
