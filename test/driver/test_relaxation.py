@@ -3,9 +3,17 @@
 import csv
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError:
+    print("h5py is not installed")
+    sys.exit(77)
 
 QUARTER = """&support node_set = 'edge_x0' type = 'symmetry_x' /
 &support node_set = 'edge_y0' type = 'symmetry_y' /
@@ -108,6 +116,49 @@ class Relaxation(unittest.TestCase):
     def test_leaflet(self):
         w = self.relaxed(LEAFLET.format(step="control = 'relax'"))
         self.assertAlmostEqual(w, self.solve(LEAFLET.format(step=""))[-1]["w"], delta=0.02)
+
+    def test_sheared_sheet(self):
+        """A square sheet, sheared and a little stretched: as it becomes thinner its energy over the thickness falls to that of the tension field,
+        its wrinkles run along the tension and become shorter (as the root of the thickness)."""
+        model = """&job name = 'in' /
+&mesh generator = 'rectangle' lengths = 1, 1 divisions = 24, 24 diagonal = 'alternating' /
+&material name = 'm' law = 'linear_elastic' e = 1000.0 nu = 0.3 /
+&section thickness = {0} {1} /
+&support node_set = 'edge_y0' type = 'clamped' /
+&support node_set = 'edge_y1' ux = 0.01 uy = 0.001 fixed = 'uz' {2} /
+&load type = 'traction' vector = 0, 0, {3} constant = .true. /
+&step control = 'relax' /
+&monitor name = 'E' quantity = 'energy' /
+"""
+        energies, directions, changes = [], [], []
+        for h, kind in ((1e-3, "type = 'membrane' wrinkling = .true."), (3e-3, ""), (1.5e-3, "")):
+            text = model.format(h, kind, "" if kind else ", 'rx', 'ry', 'rz'", 1e-4 * h)
+            with tempfile.TemporaryDirectory() as folder:
+                (Path(folder) / "in.nml").write_text(text)
+                subprocess.run([os.environ["FINSHELL_BIN"], "run", "-q", "in.nml"], cwd=folder, check=True, capture_output=True, timeout=200)
+                rows = list(csv.DictReader((Path(folder) / "in.history.csv").read_text().splitlines()))
+                with h5py.File(Path(folder) / "in.vtkhdf") as file:
+                    x = file["VTKHDF/Points"][:625]
+                    u = file["VTKHDF/PointData/displacement"][-625:]
+            energies.append(float(rows[-1]["E"]) / h)
+            grid = np.zeros((25, 25, 3))
+            grid[np.rint(24 * x[:, 0]).astype(int), np.rint(24 * x[:, 1]).astype(int)] = u
+            along = np.stack(np.gradient(grid, 1 / 24, axis=(0, 1)))[:, 6:-6, 6:-6]
+            if kind:
+                strain = along.mean((1, 2))[:, :2]
+                direction = np.linalg.eigh(strain + strain.T + strain @ strain.T)[1][:, 1]
+            else:
+                direction = np.linalg.eigh(np.einsum("aij,bij->ab", along[..., 2], along[..., 2]))[1][:, 0]
+                across = np.array([grid[i, 24 - i, 2] for i in range(2, 23)])
+                changes.append(np.sum(np.diff(np.sign(across)) != 0))
+            directions.append(np.degrees(np.arctan2(direction[1], direction[0])) % 180)
+        excess = [e / energies[0] - 1 for e in energies[1:]]
+        self.assertLess(excess[0], 0.25)
+        self.assertGreater(excess[1], 0)
+        self.assertLess(excess[1], 0.75 * excess[0])
+        for direction in directions[1:]:
+            self.assertAlmostEqual(direction, directions[0], delta=4)
+        self.assertGreater(changes[1], changes[0])
 
     def test_fallback(self):
         # Without stretch the height is 0.4569, with it a little more (Eh = 5e5, tension near the pole 250).
