@@ -26,7 +26,7 @@ contains
       type(deck_t) :: deck
       type(writer_t) :: writer
       type(data_t) :: line
-      integer :: c, k, loaded, step
+      integer :: c, k, last, loaded, step
       logical :: nonlinear
 
       call writer%begin()
@@ -36,7 +36,9 @@ contains
       step = 0
       loaded = 0
       nonlinear = .false.
-      do c = 1, size(deck%cards)
+      c = 0
+      do while (c < size(deck%cards))
+         c = c + 1
          select case (deck%cards(c)%keyword)
          case ('HEADING')
             call deck%start(c, line)
@@ -46,7 +48,9 @@ contains
                   writer%title = writer%title//', '//line%field(k)%text
                end do
             end if
-         case ('MATERIAL'); call convert_material(deck, c, writer)
+         case ('MATERIAL')
+            call convert_material(deck, c, last, writer)
+            c = last
          case ('SHELL SECTION', 'MEMBRANE SECTION', 'SOLID SECTION'); call convert_section(deck, c, writer)
          case ('BOUNDARY')
             if (loaded > 0 .and. step > loaded) call writer%miss(deck, c, 'it counts for all steps')
@@ -65,10 +69,8 @@ contains
             if (nonlinear) nonlinear = deck%cards(c)%value('NLGEOM') /= 'NO' .and. deck%cards(c)%value('NLGEOM') /= 'no'
          case ('STATIC', 'BUCKLE', 'FREQUENCY', 'DYNAMIC'); call convert_step(deck, c, nonlinear, writer)
          case ('NODE', 'ELEMENT', 'NSET', 'ELSET', 'SURFACE', 'PART', 'END PART', 'ASSEMBLY', 'END ASSEMBLY', 'INSTANCE', &
-               'END INSTANCE', 'END STEP', 'ORIENTATION', 'ELASTIC', 'HYPERELASTIC', 'DENSITY', 'PLASTIC', 'DAMPING', 'EXPANSION', &
-               'VISCOELASTIC', 'CONDUCTIVITY', 'SPECIFIC HEAT', 'HYPERFOAM', 'USER MATERIAL', 'DEPVAR', 'CREEP', 'MULLINS EFFECT', &
-               'UNIAXIAL TEST DATA', 'BIAXIAL TEST DATA', 'PLANAR TEST DATA', 'ANISOTROPIC HYPERELASTIC')
-            continue ! the mesh, or parts of other cards
+               'END INSTANCE', 'END STEP', 'ORIENTATION')
+            continue ! the mesh, or what others refer to
          case ('PREPRINT', 'RESTART', 'OUTPUT', 'NODE OUTPUT', 'ELEMENT OUTPUT', 'ENERGY OUTPUT', 'CONTACT OUTPUT', 'NODE PRINT', &
                'EL PRINT', 'NODE FILE', 'EL FILE', 'ENERGY PRINT', 'MONITOR', 'FILE FORMAT', 'PRINT')
             continue ! output has groups of its own

@@ -152,9 +152,7 @@ contains
             fine = fine .and. ok
          end do
          select case (label)
-         case ('p', 'p1', 'p2')
-            if (label == 'p1') sense = -sense
-            if (label == 'p2') sense = sense
+         case ('p')
             writer%loads = writer%loads//"&load type = 'pressure' element_set = "//quoted(set)//' pressure = ' &
                //number_text(sense*value)//' /'//lf
          case ('grav')

@@ -14,10 +14,11 @@ module finshell_deck_material
 
 contains
 
-   !> The cards from *MATERIAL at `first` up to the next that is no part of it.
-   subroutine convert_material(deck, first, writer)
+   !> The cards from *MATERIAL at `first` to the last that is a part of it.
+   subroutine convert_material(deck, first, last, writer)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: first
+      integer, intent(out) :: last
       type(writer_t), intent(inout) :: writer
       character(len=:), allocatable :: law, density
       real(wp) :: x(most)
@@ -38,6 +39,7 @@ contains
          case default; exit
          end select
       end do
+      last = c - 1
       if (law == '') then
          call writer%miss(deck, first, 'the material '//quoted(deck%cards(first)%value('NAME'))//' has no law that is known')
       else
