@@ -194,7 +194,7 @@ contains
             j = 3 + column(k)
             core%hessian(:, i, j) = core%hessian(:, i, j) + kh(:, k)
          end do
-         if (twist%any) call add_twist_hessian(twist, core%hessian(:, 7:12, 7:12))
+         if (twist%any) call add_twist_hessian(twist, 6, core%hessian)
          call stabilised_geometric(ref, filter, bend, drill, work, core%hessian, kink)
       else
          call paper_geometric(ref, filter, tau, higher, work, core%hessian)

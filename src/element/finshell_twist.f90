@@ -92,10 +92,16 @@ contains
       end do
    end subroutine add_twist_force
 
-   !> To the Hessian with respect to the nodal slopes.
-   pure subroutine add_twist_hessian(twist, hessian)
+   !> To the Hessian with respect to the nodal slopes, which begin behind row `before`; its upper triangle alone is there.
+   pure subroutine add_twist_hessian(twist, before, hessian)
       type(twist_t), intent(in) :: twist
-      real(wp), intent(inout) :: hessian(lanes, 6, 6)
-      hessian = hessian + twist%stiffness
+      integer, intent(in) :: before
+      real(wp), intent(inout) :: hessian(:, :, :) !< (lanes, n, n)
+      integer :: i, j
+      do j = 1, 6
+         do i = 1, j
+            hessian(:, before + i, before + j) = hessian(:, before + i, before + j) + twist%stiffness(:, i, j)
+         end do
+      end do
    end subroutine add_twist_hessian
 end module finshell_twist
