@@ -7,6 +7,7 @@ module finshell_dynamic
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_load_factor
+   use finshell_freedoms, only: ux, uz
    use finshell_conservation, only: keep_energy, keep_momenta, new_rigid, rigid_t
    use finshell_kinds, only: wp, dp
    use finshell_memo, only: memo_t
@@ -93,7 +94,7 @@ contains
       real(wp) :: first
       call first_size(problem, step, first, error)
       if (allocated(error)) return
-      call self%pace%begin(step, first)
+      call self%pace%begin(step, first, sqrt(sum(problem%inertia%mass(ux:uz, :)*problem%state%displacement**2)))
       self%conserves = step%scheme == scheme_conserving
       problem%inertia%rodrigues = self%conserves
       self%method = new_newmark(merge(1.0_wp, step%rho_infinity, self%conserves))
@@ -114,7 +115,7 @@ contains
       type(state_t) :: state
       state = problem%state
       memo = memo_t(numbers=path%course, reading=.true.)
-      call self%pace%begin(step, self%duration)
+      call self%pace%begin(step, self%duration, 0.0_wp)
       call carry_course(memo, self)
       problem%state%load_factor = self%at_start
       if (allocated(self%first_displacement)) problem%state%displacement = self%first_displacement

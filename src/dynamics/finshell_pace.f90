@@ -2,7 +2,9 @@
 !>
 !> The error of an increment is that of its displacements, c h^2 |vdot_{n+1} - vdot_n| with the constant c of the scheme (Xie
 !> and Zienkiewicz 1991), in the norm of the masses; it is measured by h V, how far the structure moves in an increment where it is
-!> fast. V is the largest norm of the velocities of late: it fades slowly, so that turning points are not taken for rest.
+!> fast. V is the largest norm of the velocities of late: it fades slowly, so that turning points are not taken for rest. Motions
+!> that are nothing beside the displacements with which the step begins count as those: what a static step leaves out of balance
+!> is not worth increments.
 module finshell_pace
    use finshell_kinds, only: wp
    use finshell_memo, only: memo_t
@@ -16,6 +18,7 @@ module finshell_pace
       real(wp) :: tolerance = 0, largest = huge(1.0_wp), smallest = 0, growth = 1
       logical :: automatic = .true.
       real(wp), private :: speed = 0 !< V
+      real(wp), private :: least = 0 !< motion that is worth an increment
       real(wp), private :: wish = 0 !< of the step, where increments are not automatic
    contains
       procedure :: begin
@@ -31,14 +34,15 @@ module finshell_pace
    real(wp), parameter :: leniency = 2 !< above so many tolerances an increment is taken back
    real(wp), parameter :: margin = 0.9_wp, most_shorter = 0.2_wp, cut = 0.35_wp
    integer, parameter :: many_iterations = 10 !< after which the increment does not grow
-   real(wp), parameter :: rounding = 1.0e-9_wp
+   real(wp), parameter :: rounding = 1.0e-9_wp, negligible = 1.0e-6_wp
 
 contains
 
-   subroutine begin(self, step, first)
+   subroutine begin(self, step, first, displaced)
       class(pace_t), intent(inout) :: self
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: first !< what the motion suggests, where the step has no wish
+      real(wp), intent(in) :: displaced !< norm of the displacements
       self%tolerance = step%time_tolerance
       self%automatic = step%automatic
       self%growth = step%growth
@@ -50,6 +54,7 @@ contains
       self%size = min(self%size, self%largest)
       self%wish = self%size
       self%speed = 0
+      self%least = negligible*displaced
    end subroutine begin
 
    !> Estimated error relative to the motion.
@@ -60,7 +65,7 @@ contains
       real(wp), intent(in) :: moved !< |d|
       real(wp), intent(in) :: speed !< |v|, the larger at both ends
       real(wp) :: scale
-      scale = max(fading*self%speed*increment, speed*increment, moved)
+      scale = max(fading*self%speed*increment, speed*increment, moved, self%least)
       error_of = 0
       if (jump > 0 .and. scale > 0) error_of = jump*increment**2/scale
    end function error_of
@@ -103,6 +108,7 @@ contains
       call memo%carry(self%size)
       call memo%carry(self%speed)
       call memo%carry(self%wish)
+      call memo%carry(self%least)
    end subroutine carry
 
    pure logical function exhausted(self)

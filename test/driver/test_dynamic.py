@@ -83,5 +83,29 @@ class Dynamic(unittest.TestCase):
         self.assertLess(sum(r["iterations"] for r in rows), 300)
 
 
+    def test_motion_from_static_rest(self):
+        """What a static step leaves out of balance is not resolved until the load comes: increments do not shrink to nothing."""
+        model = """&job name = 'd' /
+&mesh generator = 'rectangle' lengths = 1.0, 0.5 divisions = 6, 3 /
+&material name = 'm' law = 'linear_elastic' e = 1e7 nu = 0.3 density = 1000.0 /
+&section thickness = 0.02 /
+&support node_set = 'edge_x0' type = 'clamped' /
+&load type = 'gravity' vector = 0, 0, -9.81 /
+&load type = 'pressure' pressure = 100.0 case = 'gust' /
+&step /
+&step control = 'dynamic' case = 'gust' duration = 0.2 times = 0.05, 0.1, 0.2 factors = 1, 0, 0 /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'edge_x1' /
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "d.nml").write_text(model)
+            run = subprocess.run([os.environ["FINSHELL_BIN"], "run", "d.nml"], cwd=folder, capture_output=True, text=True, check=False, timeout=100)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            rows = list(csv.DictReader((Path(folder) / "d.history.csv").read_text().splitlines()))
+        moving = [row for row in rows if float(row["time"]) > 0]
+        self.assertLess(len(moving), 200)
+        self.assertAlmostEqual(float(moving[-1]["time"]), 0.2, delta=1e-12)
+        self.assertGreater(max(float(row["kinetic_energy"]) for row in moving), 1e-3)
+
+
 if __name__ == "__main__":
     unittest.main()
