@@ -13,6 +13,7 @@ module finshell_mechanism
    use finshell_mesh, only: mesh_t
    use finshell_equations, only: equations_t, scatter
    use finshell_external, only: springs_t
+   use finshell_union_find, only: join, new_forest, root_of
    implicit none
    private
    public :: check_mechanism, name_mode, null_space
@@ -81,21 +82,18 @@ contains
       integer, allocatable, intent(out) :: part(:)
       integer, intent(out) :: parts
       integer, allocatable :: root(:), number(:)
-      integer :: e, k, i, a, b
-      root = [(i, i=1, size(mesh%coordinates, 2))]
+      integer :: e, k, i
+      root = new_forest(size(mesh%coordinates, 2))
       do e = 1, size(mesh%triangles, 2)
-         a = find(root, mesh%triangles(1, e))
          do k = 2, 3
-            b = find(root, mesh%triangles(k, e))
-            root(max(a, b)) = min(a, b)
-            a = min(a, b)
+            call join(root, mesh%triangles(1, e), mesh%triangles(k, e))
          end do
       end do
       allocate (part(size(root)), number(size(root)), source=0)
       parts = 0
       do e = 1, size(mesh%triangles, 2)
          do k = 1, 3
-            i = find(root, mesh%triangles(k, e))
+            i = root_of(root, mesh%triangles(k, e))
             if (number(i) == 0) then
                parts = parts + 1
                number(i) = parts
@@ -104,16 +102,6 @@ contains
          end do
       end do
    end subroutine find_parts
-
-   !> Root of a node in the union-find forest (roots have the lowest numbers).
-   pure function find(root, node) result(top)
-      integer, intent(in) :: root(:), node
-      integer :: top
-      top = node
-      do while (root(top) /= top)
-         top = root(top)
-      end do
-   end function find
 
    !> Sum of the squared conditions on (t, size * r) from all supported nodes of a part.
    pure subroutine conditions_of_part(mesh, equations, part, p, centre, size_of_part, conditions)

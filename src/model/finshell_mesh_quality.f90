@@ -3,6 +3,7 @@ module finshell_mesh_quality
    use finshell_edges, only: edges_t, new_edges
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t, twice_area_vector
+   use finshell_union_find, only: join, new_forest
    implicit none
    private
    public :: quality_t, mesh_quality
@@ -60,31 +61,14 @@ contains
    !> Parts that share no node.
    pure integer function parts_of(mesh) result(parts)
       type(mesh_t), intent(in) :: mesh
-      integer, allocatable :: first(:)
+      integer, allocatable :: root(:)
       integer :: e, i, k
-      first = [(i, i=1, size(mesh%coordinates, 2))]
+      root = new_forest(size(mesh%coordinates, 2))
       do e = 1, size(mesh%triangles, 2)
          do k = 2, 3
-            call join(first, mesh%triangles(1, e), mesh%triangles(k, e))
+            call join(root, mesh%triangles(1, e), mesh%triangles(k, e))
          end do
       end do
-      parts = count([(first(i) == i, i=1, size(first))])
+      parts = count([(root(i) == i, i=1, size(root))])
    end function parts_of
-
-   pure subroutine join(first, a, b)
-      integer, intent(inout) :: first(:)
-      integer, intent(in) :: a, b
-      integer :: p, q
-      p = a
-      do while (first(p) /= p)
-         first(p) = first(first(p))
-         p = first(p)
-      end do
-      q = b
-      do while (first(q) /= q)
-         first(q) = first(first(q))
-         q = first(q)
-      end do
-      first(max(p, q)) = min(p, q)
-   end subroutine join
 end module finshell_mesh_quality

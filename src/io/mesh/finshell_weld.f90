@@ -2,6 +2,7 @@
 module finshell_weld
    use finshell_kinds, only: wp
    use finshell_mesh_sorting, only: sorted_order
+   use finshell_union_find, only: join, new_forest, root_of
    implicit none
    private
    public :: weld
@@ -27,14 +28,14 @@ contains
       tolerance = nearness*norm2(maxval(points, dim=2) - minval(points, dim=2))
       along = matmul(direction, points)
       order = sorted_order(along)
-      first = [(i, i=1, n)] ! point that stands for each
+      first = new_forest(n)
       do i = 1, n
          a = order(i)
          do j = i + 1, n
             b = order(j)
             if (along(b) - along(a) > tolerance) exit
             if (sum((points(:, a) - points(:, b))**2) > tolerance**2) cycle
-            first(max(root(a), root(b))) = min(root(a), root(b))
+            call join(first, a, b)
          end do
       end do
       allocate (number(n))
@@ -44,19 +45,8 @@ contains
             nodes = nodes + 1
             number(i) = nodes
          else
-            number(i) = number(root(i))
+            number(i) = number(root_of(first, i))
          end if
       end do
-
-   contains
-
-      integer function root(i)
-         integer, intent(in) :: i
-         root = i
-         do while (first(root) /= root)
-            first(root) = first(first(root))
-            root = first(root)
-         end do
-      end function root
    end subroutine weld
 end module finshell_weld
