@@ -40,7 +40,7 @@ contains
       type(content_t) :: content
 
       scanner%file = file
-      scanner%bytes = bytes
+      scanner%text = bytes
       call read_content(scanner, content, error)
       if (allocated(error)) return
       if (.not. allocated(content%node_tags)) then

@@ -63,7 +63,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       integer(i8) :: blocks, elements, b, n, i, done, least, largest
       integer(i8) :: corner(9), tag, node
-      integer :: dim, entity, type_of_element, kind, before, k, nodes, place
+      integer :: dim, entity, type_of_element, kind, before, k, kept, nodes, place
       type(block_t) :: new
 
       blocks = scanner%take_size(error, count=.true.)
@@ -71,6 +71,11 @@ contains
       least = scanner%take_size(error)
       largest = scanner%take_size(error)
       done = 0
+      kept = 0
+      if (.not. allocated(error)) then
+         deallocate (content%blocks)
+         allocate (content%blocks(blocks))
+      end if
       do b = 1, blocks
          dim = scanner%take_integer(error)
          entity = scanner%take_integer(error)
@@ -101,9 +106,14 @@ contains
             call new%add_range(before + 1, content%elements(dim)%count)
          end do
          if (dim == 3) content%left_out = content%left_out + int(n)
-         if (dim < 3) content%blocks = [content%blocks, new]
+         if (dim < 3) then
+            kept = kept + 1
+            content%blocks(kept) = new
+         end if
          done = done + n
       end do
+      if (allocated(error)) return
+      content%blocks = content%blocks(:kept)
       if (done < elements) call scanner%complain('there are '//text_of(int(done))//' elements, but $Elements announces ' &
          //text_of(int(elements)), error)
       call check_element_tags(scanner, content, error)

@@ -4,18 +4,15 @@ module finshell_gmsh_scanner
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_input_error
    use finshell_text, only: is_blank, parse_integer, parse_real
+   use finshell_word_scanner, only: word_scanner_t
    implicit none
    private
    public :: gmsh_scanner_t
 
    !> All take procedures do nothing (and return 0) when an error is already there.
-   type :: gmsh_scanner_t
-      character(len=:), allocatable :: file, bytes
-      integer :: at = 1 !< next byte
-      integer :: line = 1
+   type, extends(word_scanner_t) :: gmsh_scanner_t
       logical :: binary = .false.
    contains
-      procedure :: at_end
       procedure :: take_line
       procedure :: take_word
       procedure :: take_integer
@@ -29,34 +26,13 @@ module finshell_gmsh_scanner
 
 contains
 
-   !> Skip white space in text; true when nothing is left.
-   logical function at_end(self)
+   !> The rest of the line, without trailing blanks; its end is passed.
+   subroutine take_line(self, rest)
       class(gmsh_scanner_t), intent(inout) :: self
-      do while (self%at <= len(self%bytes))
-         if (self%bytes(self%at:self%at) == achar(10)) then
-            self%line = self%line + 1
-         else if (.not. is_blank(self%bytes(self%at:self%at))) then
-            exit
-         end if
-         self%at = self%at + 1
-      end do
-      at_end = self%at > len(self%bytes)
-   end function at_end
-
-   !> The rest of the line, without its end and trailing blanks.
-   subroutine take_line(self, line)
-      class(gmsh_scanner_t), intent(inout) :: self
-      character(len=:), allocatable, intent(out) :: line
-      integer :: length
-      length = index(self%bytes(self%at:), achar(10)) - 1
-      if (length < 0) length = len(self%bytes) - self%at + 1
-      line = self%bytes(self%at:self%at + length - 1)
-      self%at = self%at + length + 1
+      character(len=:), allocatable, intent(out) :: rest
+      call self%word_scanner_t%take_line(rest)
+      self%at = self%at + 1
       self%line = self%line + 1
-      do while (len(line) > 0)
-         if (.not. is_blank(line(len(line):))) exit
-         line = line(:len(line) - 1)
-      end do
    end subroutine take_line
 
    !> The next word of text.
@@ -64,20 +40,8 @@ contains
       class(gmsh_scanner_t), intent(inout) :: self
       character(len=:), allocatable, intent(out) :: word
       type(error_t), allocatable, intent(inout) :: error
-      integer :: start
-
-      word = ''
-      if (allocated(error)) return
-      if (self%at_end()) then
-         call self%complain('the file ends where a number is expected', error)
-         return
-      end if
-      start = self%at
-      do while (self%at <= len(self%bytes))
-         if (is_blank(self%bytes(self%at:self%at)) .or. self%bytes(self%at:self%at) == achar(10)) exit
-         self%at = self%at + 1
-      end do
-      word = self%bytes(start:self%at - 1)
+      if (self%at_end()) call self%complain('the file ends where a number is expected', error)
+      call self%take(word, error)
    end subroutine take_word
 
    !> A C int.
@@ -89,7 +53,7 @@ contains
       number = 0
       if (allocated(error)) return
       if (self%binary) then
-         if (has_bytes(self, 4, error)) number = int(transfer(self%bytes(self%at:self%at + 3), 1_i4))
+         if (has_bytes(self, 4, error)) number = int(transfer(self%text(self%at:self%at + 3), 1_i4))
          self%at = self%at + 4
       else
          wide = text_integer(self, error)
@@ -110,14 +74,14 @@ contains
       number = 0
       if (allocated(error)) return
       if (self%binary) then
-         if (has_bytes(self, 8, error)) number = transfer(self%bytes(self%at:self%at + 7), 1_i8)
+         if (has_bytes(self, 8, error)) number = transfer(self%text(self%at:self%at + 7), 1_i8)
          self%at = self%at + 8
       else
          number = text_integer(self, error)
       end if
       if (.not. present(count) .or. allocated(error)) return
       if (.not. count) return
-      if (number < 0 .or. number > len(self%bytes) - self%at + 1) then
+      if (number < 0 .or. number > len(self%text) - self%at + 1) then
          call self%complain('a count is impossible: the file does not hold that much', error)
          number = 0
       end if
@@ -133,7 +97,7 @@ contains
       number = 0
       if (allocated(error)) return
       if (self%binary) then
-         if (has_bytes(self, 8, error)) number = real(transfer(self%bytes(self%at:self%at + 7), 1.0_dp), wp)
+         if (has_bytes(self, 8, error)) number = real(transfer(self%text(self%at:self%at + 7), 1.0_dp), wp)
          self%at = self%at + 8
       else
          call self%take_word(word, error)
@@ -166,7 +130,7 @@ contains
       class(gmsh_scanner_t), intent(in) :: self
       integer, intent(in) :: n
       type(error_t), allocatable, intent(inout) :: error
-      has_bytes = self%at + n - 1 <= len(self%bytes)
+      has_bytes = self%at + n - 1 <= len(self%text)
       if (.not. has_bytes) call self%complain('the file ends where a number is expected', error)
    end function has_bytes
 
@@ -178,14 +142,14 @@ contains
       integer :: length, i
 
       if (allocated(error)) return
-      length = index(self%bytes(self%at:), '$End'//name)
+      length = index(self%text(self%at:), '$End'//name)
       if (length == 0) then
          call self%complain('the section $'//name//' is not closed by $End'//name, error)
          return
       end if
       if (.not. self%binary) then
          do i = self%at, self%at + length - 2
-            if (self%bytes(i:i) == achar(10)) self%line = self%line + 1
+            if (self%text(i:i) == achar(10)) self%line = self%line + 1
          end do
       end if
       self%at = self%at + length - 1 + len('$End'//name)
@@ -203,18 +167,18 @@ contains
          call self%complain('the section $'//name//' is not closed by $End'//name, error)
          return
       end if
-      length = min(len('$End'//name), len(self%bytes) - self%at + 1)
-      if (self%bytes(self%at:self%at + length - 1) == '$End'//name) then
+      length = min(len('$End'//name), len(self%text) - self%at + 1)
+      if (self%text(self%at:self%at + length - 1) == '$End'//name) then
          self%at = self%at + length
-         if (self%at > len(self%bytes)) return
-         if (is_blank(self%bytes(self%at:self%at)) .or. self%bytes(self%at:self%at) == achar(10)) return
+         if (self%at > len(self%text)) return
+         if (is_blank(self%text(self%at:self%at)) .or. self%text(self%at:self%at) == achar(10)) return
       end if
       if (self%binary) then
          call self%complain('$End'//name//' is expected here: the section $'//name//' holds more than it announces, or less', error)
       else
-         length = scan(self%bytes(self%at:), achar(10)) - 1
-         if (length < 0) length = len(self%bytes) - self%at + 1
-         call self%complain("found '"//shortened(trim(self%bytes(self%at:self%at + length - 1)))//"' where $End"//name &
+         length = scan(self%text(self%at:), achar(10)) - 1
+         if (length < 0) length = len(self%text) - self%at + 1
+         call self%complain("found '"//shortened(trim(self%text(self%at:self%at + length - 1)))//"' where $End"//name &
             //' is expected: the section $'//name//' holds more than it announces', error)
       end if
    end subroutine end_section
@@ -231,14 +195,13 @@ contains
       character(len=*), intent(in) :: message
       type(error_t), allocatable, intent(inout) :: error
       integer, intent(in), optional :: line
-      integer :: where_it_is
-      if (allocated(error)) return
-      where_it_is = self%place()
-      if (present(line)) where_it_is = line
-      if (self%binary) then
-         call raise(error, status_input_error, self%file//': byte '//text_of(where_it_is)//': '//message)
-      else
-         call raise(error, status_input_error, self%file//':'//text_of(where_it_is)//': '//message)
+      integer :: byte
+      if (.not. self%binary) then
+         call self%word_scanner_t%complain(message, error, line)
+      else if (.not. allocated(error)) then
+         byte = self%at
+         if (present(line)) byte = line
+         call raise(error, status_input_error, self%file//': byte '//text_of(byte)//': '//message)
       end if
    end subroutine complain
 

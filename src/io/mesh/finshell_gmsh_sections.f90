@@ -24,9 +24,9 @@ contains
 
       allocate (content%physical(0), content%membership(3, 0), content%blocks(0))
       seen = ''
-      if (index(scanner%bytes, '$NOD') == 1) then
+      if (index(scanner%text, '$NOD') == 1) then
          call scanner%complain('this is a Gmsh mesh of version 1; save it as MSH 4.1 or 2.2', error)
-      else if (index(scanner%bytes, '$MeshFormat') /= 1 .and. index(scanner%bytes, '$Comments') /= 1) then
+      else if (index(scanner%text, '$MeshFormat') /= 1 .and. index(scanner%text, '$Comments') /= 1) then
          call scanner%complain('this is no Gmsh mesh: it does not begin with $MeshFormat', error)
       end if
       if (allocated(error)) return

@@ -3,6 +3,7 @@
 !> A group of Gmsh belongs to whole entities: triangles of the same sets make a surface, edges of the same sets a curve. Node sets
 !> that are no edge sets become points.
 module finshell_gmsh_writer
+   use finshell_edges, only: edge_key
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: dp, i8
    use finshell_mesh, only: find_edge_set, mesh_t
@@ -106,7 +107,7 @@ contains
          end associate
       end do
       do i = 1, n
-         key(i) = ishft(int(minval(all_edges(:, i)), i8), 31) + maxval(all_edges(:, i))
+         key(i) = edge_key(all_edges(1, i), all_edges(2, i))
       end do
       order = sorted_order(key)
       allocate (edges(2, n), of(size(mesh%edge_sets), n))

@@ -101,11 +101,16 @@ contains
          //' is expected', error)
    end subroutine expect
 
-   !> Raise an error with file and line.
-   subroutine complain(self, message, error)
+   !> Raise an error with file and line, `line` if it is not the current one.
+   subroutine complain(self, message, error, line)
       class(word_scanner_t), intent(in) :: self
       character(len=*), intent(in) :: message
       type(error_t), allocatable, intent(inout) :: error
-      if (.not. allocated(error)) call raise(error, status_input_error, self%file//':'//text_of(self%line)//': '//message)
+      integer, intent(in), optional :: line
+      integer :: here
+      if (allocated(error)) return
+      here = self%line
+      if (present(line)) here = line
+      call raise(error, status_input_error, self%file//':'//text_of(here)//': '//message)
    end subroutine complain
 end module finshell_word_scanner
