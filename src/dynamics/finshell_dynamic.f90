@@ -95,14 +95,22 @@ contains
       call first_size(problem, step, first, error)
       if (allocated(error)) return
       call self%pace%begin(step, first, sqrt(sum(problem%inertia%mass(ux:uz, :)*problem%state%displacement**2)))
-      self%conserves = step%scheme == scheme_conserving
-      problem%inertia%rodrigues = self%conserves
-      self%method = new_newmark(merge(1.0_wp, step%rho_infinity, self%conserves))
+      call choose_method(self, problem, step)
       self%energy = kinetic_energy(problem%state, problem%inertia%mass*problem%state%velocity) + problem%entry%energy
       self%auxiliary = problem%state%acceleration
       call keep_forces(self, problem)
-      self%flies = all(problem%equations%supported%displacements == 0)
    end subroutine begin
+
+   !> What goes by the step and the supports alone.
+   subroutine choose_method(self, problem, step)
+      type(course_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      self%conserves = step%scheme == scheme_conserving
+      problem%inertia%rodrigues = self%conserves
+      self%method = new_newmark(merge(1.0_wp, step%rho_infinity, self%conserves))
+      self%flies = all(problem%equations%supported%displacements == 0)
+   end subroutine choose_method
 
    !> Go on with a step that was under way when the run ended: masses and damping are those of its beginning.
    subroutine resume(self, problem, step, path, error)
@@ -122,10 +130,7 @@ contains
       if (allocated(self%first_rotation)) problem%state%rotation = self%first_rotation
       call begin_dynamic(problem, step, error)
       if (allocated(error)) return
-      self%conserves = step%scheme == scheme_conserving
-      problem%inertia%rodrigues = self%conserves
-      self%method = new_newmark(merge(1.0_wp, step%rho_infinity, self%conserves))
-      self%flies = all(problem%equations%supported%displacements == 0)
+      call choose_method(self, problem, step)
       problem%state = state
       call problem%accept()
       call problem%evaluate(.false., error)
@@ -163,7 +168,7 @@ contains
       type(record_t) :: record
       type(newton_result_t) :: result
       type(memo_t) :: memo
-      real(wp) :: h, estimate, speed, landing
+      real(wp) :: h, end_time, estimate, speed, landing
       integer :: failures
 
       do while (self%time < self%duration)
@@ -177,7 +182,8 @@ contains
          do
             landing = step%time%next_landing(self%time)
             h = landing_size(self%pace%size, landing - self%time)
-            call attempt(self, problem, step, h, merge(landing, self%time + h, self%time + 1.5_wp*h > landing), result)
+            end_time = merge(landing, self%time + h, self%time + 1.5_wp*h > landing)
+            call attempt(self, problem, step, h, end_time, result)
             record%iterations = record%iterations + result%iterations
             if (result%converged) then
                call measure(self, problem, h, estimate, speed)
@@ -198,7 +204,7 @@ contains
             call problem%restore()
          end do
          call self%pace%take(estimate, h, result%iterations, speed)
-         self%time = merge(landing, self%time + h, self%time + 1.5_wp*h > landing)
+         self%time = end_time
          call settle(self, problem, h)
          self%motion%landing = step%time%is_output(self%time)
          call fill_record(self, problem, h, result, path, record)

@@ -20,19 +20,16 @@ contains
       real(wp), intent(in), optional :: toward(3) !< normals point to its side
       type(edges_t) :: edges
       integer, allocatable :: part(:), sense(:)
-      integer :: e, p, parts
-      logical :: turns
+      integer :: e, parts
+      logical, allocatable :: turns(:)
 
       call new_edges(edges, mesh%triangles)
       call find_parts(mesh, edges, part, sense, parts, error)
       turned = 0
       if (allocated(error)) return
-      do p = 1, parts
-         call decide(mesh, edges, part, sense, p, turns, toward)
-         if (turns) where (part == p) sense = -sense
-      end do
+      call decide(mesh, edges, part, sense, parts, turns, toward)
       do e = 1, size(sense)
-         if (sense(e) > 0) cycle
+         if ((sense(e) > 0) .neqv. turns(part(e))) cycle
          mesh%triangles(2:3, e) = mesh%triangles([3, 2], e)
          turned = turned + 1
       end do
@@ -93,15 +90,16 @@ contains
       end do
    end function runs_alike
 
-   !> Whether a part, turned alike, has to be turned as a whole.
-   subroutine decide(mesh, edges, part, sense, p, turns, toward)
+   !> Which parts, turned alike, have to be turned as a whole.
+   subroutine decide(mesh, edges, part, sense, parts, turns, toward)
       type(mesh_t), intent(in) :: mesh
       type(edges_t), intent(in) :: edges
-      integer, intent(in) :: part(:), sense(:), p
-      logical, intent(out) :: turns
+      integer, intent(in) :: part(:), sense(:) !< (elements)
+      integer, intent(in) :: parts
+      logical, allocatable, intent(out) :: turns(:) !< (parts)
       real(wp), intent(in), optional :: toward(3)
-      real(wp) :: balance, distance, nearest, side, volume, origin(3), x(3, 3), area(3)
-      logical :: open
+      real(wp) :: balance(parts), nearest(parts), side(parts), volume(parts), origin(3, parts), x(3, 3), area(3), distance
+      logical :: open(parts)
       integer :: e, k
 
       open = .false.
@@ -109,24 +107,26 @@ contains
       volume = 0
       side = 0
       nearest = huge(nearest)
-      origin = mesh%coordinates(:, mesh%triangles(1, findloc(part, p, dim=1)))
-      do e = 1, size(part)
-         if (part(e) /= p) cycle
-         do k = 1, 3
-            open = open .or. edges%elements(2, edges%of_side(k, e)) == 0 ! junctions too
-         end do
-         area = sense(e)*twice_area_vector(mesh, e)
-         x = mesh%coordinates(:, mesh%triangles(:, e))
-         balance = balance + sense(e)*norm2(area)
-         volume = volume + dot_product(x(:, 1) - origin, area)
-         if (.not. present(toward)) cycle
-         distance = norm2(sum(x, dim=2)/3 - toward)
-         if (distance >= nearest) cycle
-         nearest = distance
-         side = dot_product(toward - x(:, 1), area)
+      do e = size(part), 1, -1
+         origin(:, part(e)) = mesh%coordinates(:, mesh%triangles(1, e))
       end do
-      turns = balance < 0
-      if (.not. open) turns = volume < 0
+      do e = 1, size(part)
+         associate (p => part(e))
+            do k = 1, 3
+               open(p) = open(p) .or. edges%elements(2, edges%of_side(k, e)) == 0 ! junctions too
+            end do
+            area = sense(e)*twice_area_vector(mesh, e)
+            x = mesh%coordinates(:, mesh%triangles(:, e))
+            balance(p) = balance(p) + sense(e)*norm2(area)
+            volume(p) = volume(p) + dot_product(x(:, 1) - origin(:, p), area)
+            if (.not. present(toward)) cycle
+            distance = norm2(sum(x, dim=2)/3 - toward)
+            if (distance >= nearest(p)) cycle
+            nearest(p) = distance
+            side(p) = dot_product(toward - x(:, 1), area)
+         end associate
+      end do
+      turns = merge(balance < 0, volume < 0, open)
       if (present(toward)) turns = side < 0
    end subroutine decide
 end module finshell_orientation

@@ -33,7 +33,9 @@ module finshell_deck
    type :: deck_t
       type(source_t), allocatable :: sources(:)
       type(card_t), allocatable :: cards(:)
+      integer, private :: count = 0 !< of them while they are read
    contains
+      procedure, private :: add_card
       procedure :: complain
       procedure :: start
       procedure :: next
@@ -84,7 +86,7 @@ contains
       type(card_t) :: card
       integer :: at, begin, line, source, tail
 
-      if (.not. allocated(deck%sources)) allocate (deck%sources(0), deck%cards(0))
+      if (.not. allocated(deck%sources)) allocate (deck%sources(0), deck%cards(64))
       deck%sources = [deck%sources, source_t(file, bytes)]
       source = size(deck%sources)
       at = 1
@@ -95,13 +97,13 @@ contains
          line = line + 1
          if (is_comment(bytes(begin:tail))) cycle
          if (bytes(begin:begin) /= '*') then
-            if (size(deck%cards) == 0 .and. len_trim(bytes(begin:tail)) > 0) then
+            if (deck%count == 0 .and. len_trim(bytes(begin:tail)) > 0) then
                call raise(error, status_input_error, file//':'//text_of(line)//': this is no deck: a keyword ' &
                   //'(*...) is expected first')
                return
             end if
-            if (size(deck%cards) > 0) then
-               associate (last => deck%cards(size(deck%cards)))
+            if (deck%count > 0) then
+               associate (last => deck%cards(deck%count))
                   if (last%source /= source) then
                      ! data that go on behind an included file
                      if (len_trim(bytes(begin:tail)) > 0) call raise(error, status_input_error, file//':'//text_of(line) &
@@ -137,10 +139,24 @@ contains
             end if
             if (allocated(error)) return
          else
-            deck%cards = [deck%cards, card]
+            call deck%add_card(card)
          end if
       end do
+      if (depth == 1) deck%cards = deck%cards(:deck%count)
    end subroutine parse_deck
+
+   pure subroutine add_card(self, card)
+      class(deck_t), intent(inout) :: self
+      type(card_t), intent(in) :: card
+      type(card_t), allocatable :: grown(:)
+      if (self%count == size(self%cards)) then
+         allocate (grown(2*self%count))
+         grown(:self%count) = self%cards
+         call move_alloc(grown, self%cards)
+      end if
+      self%count = self%count + 1
+      self%cards(self%count) = card
+   end subroutine add_card
 
    !> The line that begins at `at`: its last byte without the end of line; `at` moves on to the next.
    pure subroutine end_of_line(bytes, at, tail)

@@ -21,19 +21,14 @@ module finshell_deck_sets
       integer(i8), allocatable :: tags(:)
    end type set_t
 
-   !> The side of an element, by corner numbers.
-   type :: side_t
-      character(len=:), allocatable :: surface
-      integer(i8) :: element = 0
-      integer :: side = 0
-   end type side_t
-
    type :: deck_sets_t
       type(set_t), allocatable :: sets(:)
-      type(side_t), allocatable :: sides(:) !< those of one surface one after the other
+      type(set_t), allocatable :: sides(:) !< surfaces of element edges; tags: four times an element's, and its side from 0 on
       integer :: elements = 0
       integer(i8), allocatable :: element_tags(:), element_nodes(:, :) !< (9, :) of surface elements as in the deck; 0: none
    end type deck_sets_t
+
+   integer(i8), parameter :: sides = 4 !< that an element may have
 
 contains
 
@@ -122,9 +117,13 @@ contains
             return
          end if
          if (side > 0) then
-            if (ok) content%sides = [content%sides, side_t(name, tag, side)]
-            if (.not. ok) content%sides = [content%sides, (side_t(name, content%sets(other)%tags(i), side), &
-                                                           i=1, content%sets(other)%count)]
+            call find_surface(content, name, set)
+            if (ok) call add_tag(content%sides(set), sides*tag + side - 1)
+            if (.not. ok) then
+               do i = 1, content%sets(other)%count
+                  call add_tag(content%sides(set), sides*content%sets(other)%tags(i) + side - 1)
+               end do
+            end if
          else
             call find_set(content, name, nodes, set)
             if (ok) call add_tag(content%sets(set), tag)
@@ -168,6 +167,18 @@ contains
       content%sets = [content%sets, set_t(name, of_nodes)]
       position = size(content%sets)
    end subroutine find_set
+
+   !> The position of a surface of element edges, which is made if it is not there.
+   subroutine find_surface(content, name, position)
+      type(deck_sets_t), intent(inout) :: content
+      character(len=*), intent(in) :: name
+      integer, intent(out) :: position
+      do position = size(content%sides), 1, -1
+         if (content%sides(position)%name == name) return
+      end do
+      content%sides = [content%sides, set_t(name, .false.)]
+      position = size(content%sides)
+   end subroutine find_surface
 
    pure subroutine add_tag(set, tag)
       type(set_t), intent(inout) :: set
@@ -243,24 +254,25 @@ contains
       type(raw_mesh_t), intent(in) :: raw
       type(mesh_t), intent(inout) :: mesh
       integer, allocatable :: edges(:, :), order(:)
-      integer :: a, b, corners, e, first, i, m, n
+      integer(i8), allocatable :: tags(:)
+      integer :: a, b, corners, e, i, k, m, n, side
       order = sorted_order(content%element_tags(:content%elements))
-      first = 1
-      do while (first <= size(content%sides))
-         n = 0
-         allocate (edges(2, 2*size(content%sides)))
-         do i = first, size(content%sides)
-            associate (s => content%sides(i))
-               if (s%surface /= content%sides(first)%surface) exit
-               e = first_of(content%element_tags(order), s%element)
+      tags = content%element_tags(order)
+      do i = 1, size(content%sides)
+         associate (surface => content%sides(i))
+            n = 0
+            allocate (edges(2, 2*surface%count))
+            do k = 1, surface%count
+               e = first_of(tags, surface%tags(k)/sides)
                if (e == 0) cycle
+               side = int(mod(surface%tags(k), sides)) + 1
                associate (nodes => content%element_nodes(:, order(e)))
                   corners = merge(4, 3, count(nodes > 0) == 4 .or. count(nodes > 0) >= 8)
-                  if (s%side > corners) cycle
-                  a = raw%number_of(nodes(s%side))
-                  b = raw%number_of(nodes(1 + mod(s%side, corners)))
+                  if (side > corners) cycle
+                  a = raw%number_of(nodes(side))
+                  b = raw%number_of(nodes(1 + mod(side, corners)))
                   m = 0
-                  if (count(nodes > 0) >= 6) m = raw%number_of(nodes(corners + s%side))
+                  if (count(nodes > 0) >= 6) m = raw%number_of(nodes(corners + side))
                end associate
                if (m > 0) then
                   edges(:, n + 1) = [a, m]
@@ -270,11 +282,10 @@ contains
                   n = n + 1
                   edges(:, n) = [a, b]
                end if
-            end associate
-         end do
-         if (n > 0) call add_edge_set(mesh, content%sides(first)%surface, edges(:, :n))
-         deallocate (edges)
-         first = i
+            end do
+            if (n > 0) call add_edge_set(mesh, surface%name, edges(:, :n))
+            deallocate (edges)
+         end associate
       end do
    end subroutine enter_sides
 
