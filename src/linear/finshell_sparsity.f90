@@ -3,6 +3,7 @@
 !> Two node-adjacency passes, no sorting and no searching: time and memory are linear in the number of elements. Rows
 !> come out ascending because equations are visited in ascending order and each one is appended to the columns it meets.
 module finshell_sparsity
+   use finshell_cliques, only: cliques_t, cliques_at
    use finshell_kinds, only: dp, i4
    use finshell_freedoms, only: n_corners, n_nodal
    use finshell_error, only: error_t, raise, text_of
@@ -62,14 +63,16 @@ contains
    !>
    !> Every equation 1 .. maxval(eq) must belong to some degree of freedom; equations of nodes without an element keep
    !> their diagonal, so that the solver can name them as singular. Errors: status_invalid_argument.
-   subroutine new_sparsity(pattern, triangles, eq, symmetric, error, team)
+   subroutine new_sparsity(pattern, triangles, eq, symmetric, error, team, cliques)
       type(sparsity_t), intent(out) :: pattern
       integer, intent(in) :: triangles(:, :) !< (3, elements) node numbers; those of this member of the team
       integer, intent(in) :: eq(:, :) !< (n_nodal, nodes) equation numbers, 0 = constrained
       logical, intent(in) :: symmetric !< store the lower triangle only
       type(error_t), allocatable, intent(out) :: error
       class(team_t), pointer, intent(in), optional :: team
+      type(cliques_t), intent(in), optional :: cliques !< equations that meet beside those of the elements; of this member, too
       type(incidence_t) :: at_node
+      integer(i4), allocatable :: clique_first(:), clique(:)
       integer(i4), allocatable :: neighbour_first(:), neighbour(:), home_first(:), home(:), mark(:)
       integer, allocatable :: fill(:)
       integer(i4) :: total
@@ -81,6 +84,7 @@ contains
       call node_incidence(triangles, size(eq, 2), at_node)
       call node_neighbours(triangles, size(eq, 2), at_node, neighbour_first, neighbour)
       call equation_homes(eq, pattern%n, home_first, home)
+      if (present(cliques)) call cliques_at(cliques, pattern%n, clique_first, clique)
 
       allocate (mark(pattern%n), fill(pattern%n + 1), source=0_i4)
       call visit(counting=.true.)
@@ -100,24 +104,35 @@ contains
       !> Visit every entry by ascending row: count it in its column, or append it there.
       subroutine visit(counting)
          logical, intent(in) :: counting
-         integer :: r, h, k, i, c, node
+         integer :: r, h, k, i, node
          do r = 1, pattern%n
             do h = home_first(r), home_first(r + 1) - 1
                node = home(h)
                do k = neighbour_first(node), neighbour_first(node + 1) - 1
                   do i = 1, n_nodal
-                     c = eq(i, neighbour(k))
-                     if (c == 0) cycle
-                     if (symmetric .and. c > r) cycle
-                     if (mark(c) == r) cycle
-                     mark(c) = r
-                     if (.not. counting) pattern%row(fill(c)) = r
-                     fill(c) = fill(c) + 1
+                     call meet(r, eq(i, neighbour(k)), counting)
                   end do
+               end do
+            end do
+            if (.not. present(cliques)) cycle
+            do h = clique_first(r), clique_first(r + 1) - 1
+               do k = cliques%first(clique(h)), cliques%first(clique(h) + 1) - 1
+                  call meet(r, int(cliques%equation(k)), counting)
                end do
             end do
          end do
       end subroutine visit
+
+      subroutine meet(r, c, counting)
+         integer, intent(in) :: r, c
+         logical, intent(in) :: counting
+         if (c == 0) return
+         if (symmetric .and. c > r) return
+         if (mark(c) == r) return
+         mark(c) = r
+         if (.not. counting) pattern%row(fill(c)) = r
+         fill(c) = fill(c) + 1
+      end subroutine meet
    end subroutine new_sparsity
 
    !> Where each entry of each element matrix goes.

@@ -12,7 +12,7 @@ module finshell_mesh
    implicit none
    private
    public :: set_t, edge_set_t, mesh_t
-   public :: new_mesh, add_node_set, add_element_set, add_edge_set
+   public :: new_mesh, add_loose_node, add_node_set, add_element_set, add_edge_set
    public :: find_node_set, find_element_set, find_edge_set, node_set_names, element_set_names, edge_set_names
    public :: elements_at, mesh_area, mesh_size, mean_side, twice_area_vector, node_text, element_text
 
@@ -41,6 +41,8 @@ module finshell_mesh
       logical :: coincident_nodes_allowed = .false.
       !> What the file calls nodes and elements, for messages; not allocated for generated meshes.
       integer(i8), allocatable :: node_tags(:), element_tags(:)
+      !> Nodes of no element, which come last: for what is joined to the mesh (&node).
+      integer :: loose = 0
       !> Names of sets that the file announces but leaves empty, each in ".
       character(len=:), allocatable :: empty_sets
       character(len=:), allocatable :: notes !< what was done to the contents of the file, for the user; '' or unallocated: nothing
@@ -65,6 +67,20 @@ contains
       call add_node_set(mesh, 'all', [(i, i=1, size(coordinates, 2))])
       call add_element_set(mesh, 'all', [(i, i=1, size(triangles, 2))])
    end subroutine new_mesh
+
+   !> Add a node that belongs to no element, as a node set of its own. The set 'all' does not get it.
+   pure subroutine add_loose_node(mesh, name, position)
+      type(mesh_t), intent(inout) :: mesh
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: position(3)
+      integer :: n
+      n = size(mesh%coordinates, 2) + 1
+      mesh%loose = mesh%loose + 1
+      mesh%coordinates = reshape([mesh%coordinates, position], [3, n])
+      if (allocated(mesh%normal)) mesh%normal = reshape([mesh%normal, 0.0_wp, 0.0_wp, 0.0_wp], [3, n])
+      if (allocated(mesh%node_tags)) mesh%node_tags = [mesh%node_tags, maxval(mesh%node_tags) + 1]
+      call add_node_set(mesh, name, [n])
+   end subroutine add_loose_node
 
    !> Add a node set; members of an existing set of that name are kept and joined.
    pure subroutine add_node_set(mesh, name, members)
@@ -219,7 +235,9 @@ contains
    !> Diagonal of the box around all nodes.
    pure real(wp) function mesh_size(mesh) result(length)
       type(mesh_t), intent(in) :: mesh
-      length = norm2(maxval(mesh%coordinates, dim=2) - minval(mesh%coordinates, dim=2))
+      associate (x => mesh%coordinates(:, :size(mesh%coordinates, 2) - mesh%loose))
+         length = norm2(maxval(x, dim=2) - minval(x, dim=2))
+      end associate
    end function mesh_size
 
    !> Mean length of an element side.

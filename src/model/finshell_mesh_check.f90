@@ -99,6 +99,7 @@ contains
       do e = 1, size(mesh%triangles, 2)
          used(mesh%triangles(:, e)) = .true.
       end do
+      used(size(used) - mesh%loose + 1:) = .true.
       if (all(used)) return
       i = findloc(used, .false., dim=1)
       call raise(error, status_input_error, 'mesh: '//node_text(mesh, i)//' belongs to no element ('//text_of(count(.not. used)) &

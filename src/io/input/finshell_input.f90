@@ -26,13 +26,14 @@ module finshell_input
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
+   use finshell_input_node, only: add_nodes
    use finshell_input_output, only: read_monitor, read_output
    implicit none
    private
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node_set, element_set, material, section, support, load, step, initial_velocity, monitor, output, accuracy'
+      'job, mesh, node, node_set, element_set, material, section, support, load, step, initial_velocity, monitor, output, accuracy'
 
    !> All that an input file says.
    type :: input_t
@@ -135,6 +136,7 @@ contains
       else
          call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels)
       end if
+      if (.not. allocated(error)) call add_nodes(namelist, input%structure%mesh, error)
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
       if (.not. allocated(error)) call translate_supports(namelist, input, error)
       if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
