@@ -35,23 +35,28 @@ def grid(n, place, diagonal="alternating", distortion=0.0, fixed=()):
 
 
 def gmsh(nodes, triangles, curves, points):
-    """Text of a Gmsh file (4.1): all triangles on one surface; curves: name -> pairs of nodes; points: name -> node."""
-    names = [*points, *curves]
+    """Text of a Gmsh file (4.1): triangles on one surface, or by name of a surface; curves: name -> pairs of nodes; points: name -> node."""
+    surfaces = triangles if isinstance(triangles, dict) else {"": triangles}
+    named = [name for name in surfaces if name]
+    names = [*points, *curves, *named]
+    kind = {name: 0 for name in points} | {name: 1 for name in curves} | {name: 2 for name in named}
     low, high = (" ".join(f"{f(x[k] for x in nodes):.16g}" for k in range(3)) for f in (min, max))
     out = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$PhysicalNames", f"{len(names)}"]
-    out += [f'{0 if name in points else 1} {k + 1} "{name}"' for k, name in enumerate(names)]
-    out += ["$EndPhysicalNames", "$Entities", f"{len(points)} {len(curves)} 1 0"]
+    out += [f'{kind[name]} {k + 1} "{name}"' for k, name in enumerate(names)]
+    out += ["$EndPhysicalNames", "$Entities", f"{len(points)} {len(curves)} {len(surfaces)} 0"]
     out += [f"{k + 1} {' '.join(f'{x:.16g}' for x in nodes[node - 1])} 1 {k + 1}" for k, node in enumerate(points.values())]
     out += [f"{k + 1} {low} {high} 1 {len(points) + k + 1} 0" for k in range(len(curves))]
-    out += [f"1 {low} {high} 0 0", "$EndEntities", "$Nodes", f"1 {len(nodes)} 1 {len(nodes)}", f"2 1 0 {len(nodes)}"]
+    out += [f"{k + 1} {low} {high} {f'1 {names.index(name) + 1}' if name else '0'} 0" for k, name in enumerate(surfaces)]
+    out += ["$EndEntities", "$Nodes", f"1 {len(nodes)} 1 {len(nodes)}", f"2 1 0 {len(nodes)}"]
     out += [str(k + 1) for k in range(len(nodes))] + [" ".join(f"{x:.16g}" for x in node) for node in nodes] + ["$EndNodes", "$Elements"]
-    total = len(points) + sum(map(len, curves.values())) + len(triangles)
-    out.append(f"{len(points) + len(curves) + 1} {total} 1 {total}")
-    tag = 0
     blocks = [(0, k + 1, 15, [(node,)]) for k, node in enumerate(points.values())]
-    blocks += [(1, k + 1, 1, edges) for k, edges in enumerate(curves.values())] + [(2, 1, 2, triangles)]
-    for dimension, entity, kind, elements in blocks:
-        out.append(f"{dimension} {entity} {kind} {len(elements)}")
+    blocks += [(1, k + 1, 1, edges) for k, edges in enumerate(curves.values())]
+    blocks += [(2, k + 1, 2, elements) for k, elements in enumerate(surfaces.values())]
+    total = sum(len(block[3]) for block in blocks)
+    out.append(f"{len(blocks)} {total} 1 {total}")
+    tag = 0
+    for dimension, entity, shape, elements in blocks:
+        out.append(f"{dimension} {entity} {shape} {len(elements)}")
         for element in elements:
             tag += 1
             out.append(f"{tag} {' '.join(map(str, element))}")
