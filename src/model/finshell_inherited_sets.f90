@@ -10,7 +10,8 @@ module finshell_inherited_sets
 contains
 
    !> Element sets get the parts of their elements, edge sets those of their edges. A node set of the name of an edge set gets the
-   !> nodes of its edges; others among the first `points` get none; those behind get what `inherited_nodes` says.
+   !> nodes of its edges; others among the first `points` get none unless they
+   !> grow; those behind get what `inherited_nodes` says.
    pure subroutine inherit_sets(mesh, lineage, fine, points)
       type(mesh_t), intent(in) :: mesh !< before
       type(lineage_t), intent(in) :: lineage
@@ -27,10 +28,10 @@ contains
       ! in their order, which messages show
       do i = 1, size(mesh%node_sets)
          if (mesh%node_sets(i)%name == 'all') cycle
-         call add_node_set(fine, mesh%node_sets(i)%name, mesh%node_sets(i)%members)
+         call add_node_set(fine, mesh%node_sets(i)%name, mesh%node_sets(i)%members, mesh%node_sets(i)%grows)
          if (find_edge_set(mesh, mesh%node_sets(i)%name) > 0) cycle
          if (present(points)) then
-            if (i <= points) cycle
+            if (i <= points .and. .not. mesh%node_sets(i)%grows) cycle
          end if
          allocate (before(size(mesh%coordinates, 2)), source=.false.)
          before(mesh%node_sets(i)%members) = .true.

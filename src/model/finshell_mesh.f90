@@ -20,6 +20,7 @@ module finshell_mesh
    type :: set_t
       character(len=:), allocatable :: name
       integer, allocatable :: members(:)
+      logical :: grows = .false. !< of a file: lines and regions of nodes, to which nodes between them will belong, not points
    end type set_t
 
    !> Element edges by name, in the order of the line they form.
@@ -83,11 +84,13 @@ contains
    end subroutine add_loose_node
 
    !> Add a node set; members of an existing set of that name are kept and joined.
-   pure subroutine add_node_set(mesh, name, members)
+   pure subroutine add_node_set(mesh, name, members, grows)
       type(mesh_t), intent(inout) :: mesh
       character(len=*), intent(in) :: name
       integer, intent(in) :: members(:)
+      logical, intent(in), optional :: grows !< see set_t
       call add_set(mesh%node_sets, name, members)
+      if (present(grows)) mesh%node_sets(find_set(mesh%node_sets, name))%grows = grows
    end subroutine add_node_set
 
    !> Add an element set; members of an existing set of that name are kept and joined.

@@ -21,8 +21,8 @@ contains
    !>
    !> With `crease_angle` new nodes lie on a smooth surface through the old ones (finshell_patches), else on the facets. Nodes keep
    !> their numbers, triangles their order and orientation; mesh%normal, if the mesh has it, is that of the smooth surface. A node
-   !> set of the name of an edge set gets the nodes of its edges; others among the first `points` get none; those behind get what
-   !> `inherited_nodes` says.
+   !> set of the name of an edge set gets the nodes of its edges; others among the first `points` get none unless they grow; those
+   !> behind get what `inherited_nodes` says.
    pure subroutine refine_mesh(mesh, levels, fine, crease_angle, normal, crease, points)
       type(mesh_t), intent(in) :: mesh !< that has passed check_mesh
       integer, intent(in) :: levels !< >= 1

@@ -224,7 +224,7 @@ contains
             if (set%of_nodes) then
                members = [(raw%number_of(set%tags(k)), k=1, set%count)]
                members = pack(members, members > 0)
-               if (size(members) > 0) call add_node_set(mesh, set%name, members)
+               if (size(members) > 0) call add_node_set(mesh, set%name, members, grows=.true.)
             else
                n = 0
                deallocate (members)
