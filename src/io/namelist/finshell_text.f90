@@ -1,6 +1,6 @@
 !> Reading whole files, and words: what the readers of input files share.
 module finshell_text
-   use, intrinsic :: iso_fortran_env, only: int64
+   use, intrinsic :: iso_fortran_env, only: int64, real64
    use finshell_error, only: error_t, raise
    use finshell_status, only: status_io_error
    implicit none
@@ -9,6 +9,10 @@ module finshell_text
    public :: figures
 
    character(len=*), parameter :: figures = '0123456789'
+   integer, parameter :: most_digits = 18 !< of a number that fits into an integer of 64 bits, whatever it is
+   integer, parameter :: digits_of_double = digits(1.0_real64) !< integers up to two to this power are double numbers
+   integer :: i_power
+   real(real64), parameter :: powers(0:22) = [(10.0_real64**i_power, i_power=0, 22)] !< all that are double numbers
 
 contains
 
@@ -92,8 +96,14 @@ contains
       first = 1
       if (word(1:1) == '+' .or. word(1:1) == '-') first = 2
       if (first > len(word) .or. verify(word(first:), figures) /= 0) return
-      read (word, '(i20)', iostat=status) value
-      ok = status == 0
+      if (len(word) - first < most_digits) then
+         value = figures_of(word(first:))
+         if (word(1:1) == '-') value = -value
+         ok = .true.
+      else
+         read (word, '(i20)', iostat=status) value
+         ok = status == 0
+      end if
    end subroutine parse_integer
 
    !> A decimal number with optional sign, point and exponent (e or d); ok is false for anything else, NaN, and overflow.
@@ -103,13 +113,15 @@ contains
       real(wp), intent(out) :: value
       logical, intent(out) :: ok
       character(len=4) :: width
-      integer :: i, digits, before_point, status, exponent
+      integer :: i, digits, before_point, first, last, status, exponent
+      integer(int64) :: mantissa
 
       value = 0
       ok = .false.
       if (len(word) == 0 .or. len(word) > 999) return
       i = 1
       if (word(1:1) == '+' .or. word(1:1) == '-') i = 2
+      first = i
       digits = 0
       call skip_digits(word, i, digits)
       before_point = digits
@@ -120,6 +132,7 @@ contains
          end if
       end if
       if (digits == 0) return
+      last = i - 1
       if (i <= len(word)) then
          if (scan(word(i:i), 'eEdD') == 0) return
          if (i == len(word) .or. len(word) - i > 6) return
@@ -134,12 +147,37 @@ contains
       else
          exponent = 0
       end if
+      ! Both are exact as double numbers here, so their quotient or product is rounded once, as it must be.
+      if (digits <= most_digits .and. precision(value) == precision(powers)) then
+         mantissa = figures_of(word(first:last))
+         exponent = exponent - (digits - before_point)
+         if (mantissa <= 2_int64**digits_of_double .and. abs(exponent) <= ubound(powers, 1)) then
+            value = real(mantissa, kind(value))
+            if (exponent < 0) value = value/powers(-exponent)
+            if (exponent > 0) value = value*powers(exponent)
+            if (word(1:1) == '-') value = -value
+            ok = .true.
+            return
+         end if
+         exponent = exponent + (digits - before_point)
+      end if
       ! A conversion that overflows would trap where overflow traps.
       if (exponent + before_point - 1 > range(value)) return
       write (width, '(i0)') len(word)
       read (word, '(f'//trim(width)//'.0)', iostat=status) value
       ok = status == 0
    end subroutine parse_real
+
+   !> The number that at most most_digits figures make, a point among them left out.
+   pure function figures_of(word) result(number)
+      character(len=*), intent(in) :: word
+      integer(int64) :: number
+      integer :: i
+      number = 0
+      do i = 1, len(word)
+         if (word(i:i) /= '.') number = 10*number + (iachar(word(i:i)) - iachar('0'))
+      end do
+   end function figures_of
 
    pure subroutine skip_digits(word, i, digits)
       character(len=*), intent(in) :: word
