@@ -147,7 +147,7 @@ contains
          if (.not. is_in_time(input%steps(i)%control)) levels = [levels, input%steps(i)%final_load_factor]
       end do
       reporter%quiet = options%quiet
-      reporter%cases = input%cases
+      reporter%cases = input%factors
       reporter%duration = sum(input%steps%time%duration)
       if (allocated(input%accuracy)) reporter%mesh = 1
       if (allocated(input%accuracy)) input%output%restart = restart_none

@@ -10,7 +10,7 @@ module finshell_path
    use finshell_kinds, only: wp, dp
    use finshell_status, only: status_not_converged
    use finshell_error, only: error_t, raise, text_of
-   use finshell_factor, only: factor_at, by_constant_factor
+   use finshell_factor, only: corners, factor_at, by_constant_factor
    use finshell_problem, only: problem_t
    use finshell_step, only: step_t, control_load, control_arc_length, control_volume, &
       snap_mark, snap_refuse, constant_ramp
@@ -94,7 +94,8 @@ contains
          call self%advance(problem, step, targets, observer, error, self%done)
          return
       end if
-      call new_targets(targets, step, problem%state%load_factor, monitored(problem, problem%state), error)
+      call new_targets(targets, step, problem%state%load_factor, monitored(problem, problem%state), error, &
+                       corners(problem%state, step%scaling))
       if (allocated(error)) return
       self%substitute = .false.
       self%bifurcations = 0
@@ -113,6 +114,7 @@ contains
          self%size = self%history%length(1)
       else
          call self%history%forget()
+         self%kinked = .false.
          self%tangent%known = .false.
          self%stability%sense = 0 ! a step may go back the way the one before has come
          self%size = targets%first_size
@@ -259,6 +261,7 @@ contains
          record%misfit = verdict%misfit
          call self%settle(problem, step, targets, attempt, result, record)
          self%stability = after
+         if (self%kinked) self%stability%sense = 0
          if (record%located .and. any(record%event == [bifurcation_point, limit_and_bifurcation])) &
             call self%pass_bifurcation(problem, step, place%vector)
          done = done + 1
@@ -326,6 +329,7 @@ contains
       self%leaping = .false.
       missed = self%hampered .and. record%cuts > 0
       call self%remember(problem, step, attempt, result, missed, x, change, moved, length)
+      call self%turn_corner(targets, factor_at(problem%state, step%scaling))
       call self%stabiliser%calibrate(problem, step%scaling, change)
       self%rough = attempt%descends .and. result%regularised > 0
       self%hampered = record%cuts > 0

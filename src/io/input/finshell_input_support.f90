@@ -8,7 +8,7 @@ module finshell_input_support
    use finshell_rotation, only: cross_product
    use finshell_support, only: support_t, support_components, support_clamp, support_hinge, support_symmetry
    use finshell_support, only: axes_given, axes_cylindrical
-   use finshell_input_case, only: get_scaling, name_t
+   use finshell_input_case, only: get_scaling, scales_t
    use finshell_namelist, only: group_t, namelist_t, get, get_strings, has, check_all_used, complain_about
    use finshell_input_common, only: get_sets, get_vector, place_error, kind_node
    implicit none
@@ -23,10 +23,10 @@ module finshell_input_support
 contains
 
    !> All groups &support.
-   subroutine read_supports(namelist, mesh, cases, supports, last, groups, error)
+   subroutine read_supports(namelist, mesh, scales, supports, last, groups, error)
       type(namelist_t), intent(inout) :: namelist
       type(mesh_t), intent(in) :: mesh
-      type(name_t), intent(in) :: cases(:)
+      type(scales_t), intent(inout) :: scales
       type(support_t), allocatable, intent(out) :: supports(:)
       integer, allocatable, intent(out) :: last(:) !< of the supports of each group
       integer, allocatable, intent(out) :: groups(:) !< where they are in the namelist
@@ -36,17 +36,17 @@ contains
       groups = pack([(i, i=1, size(namelist%groups))], [(namelist%groups(i)%name == 'support', i=1, size(namelist%groups))])
       allocate (supports(0), last(size(groups)))
       do i = 1, size(groups)
-         call read_support(namelist%groups(groups(i)), mesh, cases, supports, error)
+         call read_support(namelist%groups(groups(i)), mesh, scales, supports, error)
          if (allocated(error)) return
          last(i) = size(supports)
       end do
    end subroutine read_supports
 
    !> &support: one support for each of its node sets.
-   subroutine read_support(group, mesh, cases, supports, error)
+   subroutine read_support(group, mesh, scales, supports, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
-      type(name_t), intent(in) :: cases(:)
+      type(scales_t), intent(inout) :: scales
       type(support_t), allocatable, intent(inout) :: supports(:)
       type(error_t), allocatable, intent(inout) :: error
       type(support_t) :: support
@@ -65,7 +65,7 @@ contains
          support%kind = support_hinge
       case ('components')
          support%kind = support_components
-         call read_components(group, cases, support, error)
+         call read_components(group, scales, support, error)
          call read_axes(group, support, error)
       case default
          support%kind = support_symmetry
@@ -86,9 +86,9 @@ contains
    end subroutine read_support
 
    !> fixed = 'ux', ... holds components at zero; ux = value holds one at a value.
-   subroutine read_components(group, cases, support, error)
+   subroutine read_components(group, scales, support, error)
       type(group_t), intent(inout) :: group
-      type(name_t), intent(in) :: cases(:)
+      type(scales_t), intent(inout) :: scales
       type(support_t), intent(inout) :: support
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: fixed(:)
@@ -106,7 +106,7 @@ contains
             support%fixed(k) = .true.
          end do
       end do
-      call get_scaling(group, cases, support%scaling, error)
+      call get_scaling(group, scales, support%scaling, error)
       if (.not. allocated(error) .and. .not. any(support%fixed)) call complain_about(group, '', &
          "nothing is held: give type = 'clamped' or another type, or components (fixed = 'ux', ... or ux = value)", error)
    end subroutine read_components

@@ -94,7 +94,7 @@ contains
       real(wp), allocatable, intent(inout) :: factor
       logical :: from_start
       from_start = .false.
-      if (allocated(step%time%times)) from_start = step%time%times(1) > step%time%duration
+      if (allocated(step%time%table)) from_start = step%time%table%x(1) > step%time%duration
       if (from_start .and. .not. allocated(factor)) return
       if (.not. allocated(factor)) factor = 0
       factor = step%time%factor(step%time%duration, factor)
