@@ -55,7 +55,9 @@ module finshell_equilibrium
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
-      logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`
+      logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`, as is
+      integer :: stage = 1 !< the step whose loads and supports these are (finshell_stage)
+      real(wp), allocatable :: released(:, :) !< (n_nodal, nodes) forces that are let go before it; unallocated: none
       integer :: assemblies = 0, force_evaluations = 0
       !> Factor of each case (finshell_factor), the first being that without a name: see finshell_load_case.
       integer, allocatable :: factor_of_case(:)
@@ -108,11 +110,11 @@ contains
          return
       end if
       call new_equations(self%equations, structure%mesh, structure%supports, error, turning_nodes(structure), &
-                         number_of_factors(structure%cases))
+                         number_of_factors(structure%cases), self%stage)
       if (allocated(error)) return
       if (present(team)) self%team => team
       call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
-      call new_external(self%external, structure, self%equations, error)
+      call new_external(self%external, structure, self%equations, error, self%stage)
       if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2))
       if (allocated(error)) return
       if (.not. self%may_float) call check_mechanism(structure%mesh, self%equations, error, &
@@ -145,6 +147,7 @@ contains
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
       if (allocated(self%ground)) deallocate (self%ground)
+      if (allocated(self%released)) deallocate (self%released)
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       self%entry = entry_t()

@@ -10,6 +10,7 @@ module finshell_checkpoint
    use finshell_path, only: path_t
    use finshell_path_memory, only: carry_path, carry_state
    use finshell_restart_file, only: restart_file_t, restart_head_t
+   use finshell_stage, only: carry_stage
    use finshell_status, only: status_io_error
    use finshell_structure, only: structure_t
    implicit none
@@ -152,6 +153,7 @@ contains
       integer, intent(inout) :: step
       integer :: case
       call memo%carry(step)
+      call carry_stage(memo, problem)
       case = case_of_steps(problem)
       call memo%carry(case)
       if (memo%reading .and. memo%whole) call arrange_cases(problem, case)

@@ -3,7 +3,7 @@ module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_adaptation, only: adapt
    use finshell_bisection, only: bisection_t
-   use finshell_job, only: follow_steps
+   use finshell_job, only: follow_steps, may_float
    use finshell_kinds, only: dp, wp
    use finshell_effort_report, only: print_effort
    use finshell_disk, only: write_failures_return
@@ -24,7 +24,7 @@ module finshell_driver
    use finshell_rung, only: watch_rung, write_rung
    use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
-   use finshell_step, only: control_frequencies, is_in_time
+   use finshell_step, only: is_in_time
    use finshell_status, only: status_input_error
    use finshell_study, only: study
    use finshell_team, only: agree, leads, shared, team_t
@@ -118,7 +118,7 @@ contains
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call choose_solver(input, shared(options%team), problem%solver%options, error)
       if (complain(error, speaks)) return
-      problem%may_float = all(input%steps%control == control_frequencies .or. is_in_time(input%steps%control))
+      problem%may_float = may_float(input%structure, input%steps, 1)
       call new_equilibrium(problem, input%structure, error, options%team)
       if (allocated(error)) then
          call place_load_error(input, problem, error)

@@ -15,15 +15,30 @@ module finshell_job
    use finshell_reporter, only: reporter_t
    use finshell_resettle, only: resettle
    use finshell_speaker, only: speaker_t
+   use finshell_stage, only: change_stage, is_same_stage, let_go
    use finshell_state, only: state_t
+   use finshell_structure, only: structure_t
    use finshell_team, only: agree
    use finshell_step, only: control_buckling, control_displacement, control_dynamic, control_explicit, control_frequencies, &
       control_linear, control_volume, is_in_time, leaves_state, prescribes_monitored, step_t
    implicit none
    private
-   public :: follow_steps
+   public :: follow_steps, may_float
 
 contains
+
+   !> May rigid motions be free in a step and those behind it with the same supports?
+   pure logical function may_float(structure, steps, first)
+      type(structure_t), intent(in) :: structure
+      type(step_t), intent(in) :: steps(:)
+      integer, intent(in) :: first
+      integer :: i
+      may_float = .true.
+      do i = first, size(steps)
+         if (.not. is_same_stage(structure, first, i)) exit
+         may_float = may_float .and. (steps(i)%control == control_frequencies .or. is_in_time(steps(i)%control))
+      end do
+   end function may_float
 
    !> Follow them from the state of the problem. Errors: those of the first step that fails.
    subroutine follow_steps(steps, problem, path, reporter, speaker, error, velocity, from)
@@ -41,7 +56,9 @@ contains
       if (present(from)) begin = from
       do i = begin, size(steps)
          call reporter%begin_step(steps(i), i)
-         call change_case(problem, steps(i)%case, error)
+         call begin_stage(steps, i, problem, path, speaker, error)
+         if (.not. allocated(error)) call change_case(problem, steps(i)%case, error)
+         if (.not. allocated(error) .and. leaves_state(steps(i)%control)) call path%ramps_before(problem, steps(i), speaker, error)
          if (allocated(error)) return
          if (i == first .and. present(velocity) .and. .not. allocated(path%course)) &
             problem%state%velocity = free_part(problem%equations, velocity)
@@ -66,6 +83,39 @@ contains
          if (allocated(error)) return
       end do
    end subroutine follow_steps
+
+   !> Supports and loads that come or go with a step. What that puts out of balance is let go before it; a motion begins with it.
+   subroutine begin_stage(steps, i, problem, path, speaker, error)
+      type(step_t), intent(in) :: steps(:)
+      integer, intent(in) :: i !< the step that begins
+      type(equilibrium_t), intent(inout) :: problem
+      type(path_t), intent(inout) :: path
+      type(speaker_t), intent(inout) :: speaker
+      type(error_t), allocatable, intent(out) :: error
+      real(wp) :: part
+      logical :: changes, starts
+
+      starts = i == 1 .and. problem%state%increment == 0
+      changes = .not. is_same_stage(problem%structure, problem%stage, i)
+      if (changes) then
+         if (allocated(problem%state%velocity) .and. .not. is_in_time(steps(i)%control)) &
+            call come_to_rest(steps(i), problem, path, speaker, error)
+         if (allocated(error)) return
+         problem%may_float = may_float(problem%structure, steps, i)
+         call change_stage(problem, i, error)
+         call path%begin_anew()
+      end if
+      if (allocated(error)) then
+         error%message = "step '"//steps(i)%name//"': "//error%message
+         return
+      end if
+      problem%stage = i
+      if (.not. (changes .or. (starts .and. allocated(problem%state%followers))) .or. is_in_time(steps(i)%control)) return
+      if (starts) call problem%evaluate(.false., error)
+      ! what was left out of balance before is nothing to let go
+      part = 2*maxval(steps(max(i - 1, 1):i)%convergence%residual)
+      if (.not. allocated(error)) call let_go(problem, part, error)
+   end subroutine begin_stage
 
    !> The motion ends: equilibrium at what acts now, or at the present value of what the step prescribes. A step whose load is that
    !> of the motion would have nothing to do otherwise.

@@ -44,19 +44,22 @@ module finshell_equations
 contains
 
    !> Number the unknowns of a mesh under its supports. Errors: unknown set, bad axes, contradictory supports.
-   subroutine new_equations(self, mesh, supports, error, turns, factors)
+   subroutine new_equations(self, mesh, supports, error, turns, factors, step)
       type(equations_t), intent(out) :: self
       type(mesh_t), intent(in) :: mesh
       type(support_t), intent(in) :: supports(:)
       type(error_t), allocatable, intent(out) :: error
       logical, intent(in), optional :: turns(:) !< (nodes) whether a node has rotations: those of membranes alone have none
       integer, intent(in), optional :: factors !< that scale loads and supports (finshell_factor)
+      integer, intent(in), optional :: step !< whose supports these are, the first by default
       real(wp) :: axes(3, 3)
       logical :: held(n_nodal), global
-      integer :: nodes, i, k, frames, many
+      integer :: nodes, i, k, frames, many, stage
 
+      stage = 1
+      if (present(step)) stage = step
       nodes = size(mesh%coordinates, 2)
-      call merge_supports(self, mesh, supports, error)
+      call merge_supports(self, mesh, supports, stage, error)
       if (allocated(error)) return
       if (present(turns)) call refuse_rotations(self, turns, error)
       if (allocated(error)) return
@@ -118,10 +121,11 @@ contains
    end subroutine refuse_rotations
 
    !> Collect the constraints of all supports, node by node.
-   subroutine merge_supports(self, mesh, supports, error)
+   subroutine merge_supports(self, mesh, supports, step, error)
       type(equations_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(support_t), intent(in) :: supports(:)
+      integer, intent(in) :: step
       type(error_t), allocatable, intent(inout) :: error
       integer, allocatable :: set_of(:)
       integer :: s, i, node, nodes, found
@@ -136,7 +140,7 @@ contains
                //"'; it has: "//node_set_names(mesh))
             return
          end if
-         self%support_of(mesh%node_sets(set_of(s))%members) = 1
+         if (supports(s)%span%covers(step)) self%support_of(mesh%node_sets(set_of(s))%members) = 1
       end do
       allocate (self%supported(count(self%support_of > 0)))
       found = 0
@@ -147,6 +151,7 @@ contains
          self%supported(found)%node = node
       end do
       do s = 1, size(supports)
+         if (.not. supports(s)%span%covers(step)) cycle
          do i = 1, size(mesh%node_sets(set_of(s))%members)
             node = mesh%node_sets(set_of(s))%members(i)
             call add_support(self%supported(self%support_of(node)), supports(s), mesh%coordinates(:, node), error)

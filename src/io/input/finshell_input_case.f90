@@ -1,21 +1,23 @@
 !> What scales loads and supports: the factor of their case, which one step changes while those of others stay, or an amplitude over
 !> it or over time.
 module finshell_input_case
-   use finshell_error, only: error_t
+   use finshell_error, only: error_t, text_of
    use finshell_factor, only: by_case, by_constant_factor, by_load_factor
    use finshell_field, only: name_t
    use finshell_input_amplitude, only: amplitude_t, get_amplitude, read_amplitudes
-   use finshell_namelist, only: complain_about, get, group_t, has, namelist_t
+   use finshell_namelist, only: complain_about, count_groups, get, group_t, has, namelist_t
+   use finshell_span, only: span_t
    use finshell_table, only: by_time, follower_t
    implicit none
    private
-   public :: name_t, scales_t, find_scales, find_cases, get_scaling, get_case
+   public :: name_t, scales_t, find_scales, get_scaling, get_span, get_case
 
    type :: scales_t
       type(name_t), allocatable :: cases(:)
       type(amplitude_t), allocatable :: amplitudes(:)
       type(follower_t), allocatable :: followers(:) !< as they are asked for: an amplitude over the factor of a case, or over time
       type(name_t), allocatable :: names(:) !< of the followers
+      integer :: steps = 0 !< how many the input has
    end type scales_t
 
 contains
@@ -28,7 +30,26 @@ contains
       allocate (scales%followers(0), scales%names(0))
       call read_amplitudes(namelist, scales%amplitudes, error)
       call find_cases(namelist, scales%cases, error)
+      scales%steps = count_groups(namelist, 'step')
    end subroutine find_scales
+
+   !> The steps in which a load or a support is there.
+   subroutine get_span(group, scales, span, error)
+      type(group_t), intent(inout) :: group
+      type(scales_t), intent(in) :: scales
+      type(span_t), intent(out) :: span
+      type(error_t), allocatable, intent(inout) :: error
+      call get(group, 'from_step', span%first, error, default=1, minimum=1, maximum=scales%steps)
+      call get(group, 'until_step', span%last, error, default=huge(1), minimum=1, maximum=huge(1))
+      if (allocated(error) .or. .not. has(group, 'until_step')) return
+      if (span%last > scales%steps) then
+         call complain_about(group, 'until_step', 'the input has '//text_of(scales%steps)//' steps; '//text_of(span%last) &
+                             //' was found', error)
+      else if (span%last < span%first) then
+         call complain_about(group, 'until_step', 'step '//text_of(span%last)//' is before from_step = ' &
+                             //text_of(span%first), error)
+      end if
+   end subroutine get_span
 
    !> The names that loads and supports give, in their order.
    subroutine find_cases(namelist, cases, error)

@@ -2,7 +2,7 @@
 module finshell_input_load
    use finshell_error, only: error_t, text_of
    use finshell_factor, only: unscaled
-   use finshell_input_case, only: get_scaling, scales_t
+   use finshell_input_case, only: get_scaling, get_span, scales_t
    use finshell_kinds, only: wp
    use finshell_load, only: load_t, load_nodal
    use finshell_load, only: pressure_automatic, pressure_symmetric, pressure_unsymmetric
@@ -38,6 +38,7 @@ contains
       else
          call get_scaling(group, scales, load%scaling, error)
       end if
+      call get_span(group, scales, load%span, error)
       select case (kind_name)
       case ('force', 'moment')
          load%kind = load_nodal
