@@ -81,19 +81,22 @@ contains
       if (.not. allocated(error)) call problem%accept()
    end subroutine let_go
 
-   !> The stage of a problem, before its state. Errors when reading leave the memo not whole.
+   !> The stage of a problem and its case, before its state. Errors when reading leave the memo not whole.
    subroutine carry_stage(memo, problem)
       type(memo_t), intent(inout) :: memo
       type(equilibrium_t), intent(inout) :: problem
       type(error_t), allocatable :: error
-      integer :: stage
+      integer :: case, stage
       stage = problem%stage
+      case = case_of_steps(problem)
       call memo%carry(stage)
       call memo%carry(problem%may_float)
+      call memo%carry(case)
       if (memo%reading .and. memo%whole) then
          if (.not. is_same_stage(problem%structure, stage, problem%stage)) call renumber(problem, stage, error)
          problem%stage = stage
          memo%whole = .not. allocated(error)
+         if (memo%whole) call arrange_cases(problem, case)
       end if
       call memo%carry(problem%equations%anchor_rotation)
       call memo%carry(problem%equations%anchor_factor)

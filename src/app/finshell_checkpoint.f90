@@ -4,7 +4,6 @@ module finshell_checkpoint
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise
    use finshell_kinds, only: i8, wp
-   use finshell_load_case, only: arrange_cases, case_of_steps
    use finshell_memo, only: memo_t
    use finshell_monitor, only: restart_all, restart_none
    use finshell_path, only: path_t
@@ -151,12 +150,8 @@ contains
       type(equilibrium_t), intent(inout) :: problem
       type(path_t), intent(inout) :: path
       integer, intent(inout) :: step
-      integer :: case
       call memo%carry(step)
       call carry_stage(memo, problem)
-      case = case_of_steps(problem)
-      call memo%carry(case)
-      if (memo%reading .and. memo%whole) call arrange_cases(problem, case)
       call carry_state(memo, problem%state)
       call carry_path(memo, path, problem)
       call memo%carry(problem%solver%expect_definite)
