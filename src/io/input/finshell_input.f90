@@ -23,6 +23,8 @@ module finshell_input
    use finshell_factor, only: by_constant_factor
    use finshell_input_case, only: find_scales, name_t, scales_t
    use finshell_input_initial_velocity, only: add_initial_velocity
+   use finshell_imperfection, only: imperfection_t
+   use finshell_input_imperfection, only: modes_end, read_imperfections
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
@@ -32,8 +34,8 @@ module finshell_input
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node_set, element_set, material, section, support, load, amplitude, step, initial_velocity, monitor, output, ' &
-      //'accuracy'
+      'job, mesh, node_set, element_set, material, section, support, load, amplitude, step, initial_velocity, imperfection, ' &
+      //'monitor, output, accuracy'
 
    !> All that an input file says.
    type :: input_t
@@ -54,6 +56,7 @@ module finshell_input
       type(output_t) :: output
       type(accuracy_t), allocatable :: accuracy !< unallocated: the mesh stays as it is
       type(normals_choice_t) :: normals
+      type(imperfection_t), allocatable :: imperfections(:)
    end type input_t
 
 contains
@@ -281,7 +284,10 @@ contains
          call add_initial_velocity(namelist%groups(i), input%structure%mesh, input%steps, input%velocity, error)
          if (allocated(error)) return
       end do
-      call check_ways(namelist, input%steps, any(input%structure%loads%scaling == by_constant_factor) &
+      call read_imperfections(namelist, folder_of(input%file), input%structure, input%steps, input%imperfections, error)
+      if (allocated(error)) return
+      call check_ways(namelist, input%steps, modes_end(input%imperfections), &
+                      any(input%structure%loads%scaling == by_constant_factor) &
                       .or. any(input%structure%supports%scaling == by_constant_factor), error)
    end subroutine translate_loads_and_steps
 
