@@ -5,6 +5,7 @@
 !> tangents that differ in nothing else; the change of the geometry before buckling is left out, as usual. Fibres that act in
 !> tension only count for K where the linear solution stretches them (finshell_linear_step), first that of the constant loads.
 module finshell_buckling
+   use finshell_factor, only: by_load_factor, extrapolate
    use finshell_kinds, only: wp, dp
    use finshell_freedoms, only: n_nodal
    use finshell_arpack, only: pencil_t, lanczos
@@ -117,7 +118,7 @@ contains
       call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 1))
       if (.not. allocated(error)) then
          stiffness = problem%values
-         problem%state%load_factor = problem%state%load_factor + 1
+         call extrapolate(problem%state, by_load_factor, 1.0_wp)
          call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 2))
       end if
       if (.not. allocated(error)) geometric = problem%values - stiffness

@@ -16,21 +16,21 @@ module finshell_equilibrium
    use finshell_retraction, only: retraction_t, new_retraction
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, turn_held
+   use finshell_equations, only: equations_t, new_equations, gather, scatter, held_change, largest_turn, turn_held
    use finshell_external, only: external_t, new_external
-   use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, &
-      number_of_factors, set_factor, scaled_sum
+   use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, factors_at, follow_all, &
+      number_of_factors, set_factor, scaled_sum, slopes
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
    use finshell_symmetric_part, only: symmetric_part_t
-   use finshell_load_terms, only: add_turning, add_motion
+   use finshell_load_terms, only: add_turning, add_motion, add_rate
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_levels, only: force_levels
-   use finshell_watched_displacement, only: watch_displacement, mean_displacement
+   use finshell_watched_displacement, only: watch_displacement, mean_displacement, mean_rate
    use finshell_balance, only: balance_t
-   use finshell_ledger, only: entry_t, motion_times, balance_between
+   use finshell_ledger, only: entry_t, motion_times, motions_times, balance_between
    use finshell_volume, only: volume_t, new_volume
    use finshell_inertia, only: inertia_t
    use finshell_fictitious_mass, only: fictitious_mass
@@ -55,7 +55,9 @@ module finshell_equilibrium
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
-      logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`
+      logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`, as is
+      integer :: stage = 1 !< the step whose loads and supports these are (finshell_stage)
+      real(wp), allocatable :: released(:, :) !< (n_nodal, nodes) forces that are let go before it; unallocated: none
       integer :: assemblies = 0, force_evaluations = 0
       !> Factor of each case (finshell_factor), the first being that without a name: see finshell_load_case.
       integer, allocatable :: factor_of_case(:)
@@ -108,11 +110,11 @@ contains
          return
       end if
       call new_equations(self%equations, structure%mesh, structure%supports, error, turning_nodes(structure), &
-                         number_of_factors(structure%cases))
+                         number_of_factors(structure%cases), self%stage)
       if (allocated(error)) return
       if (present(team)) self%team => team
       call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
-      call new_external(self%external, structure, self%equations, error)
+      call new_external(self%external, structure, self%equations, error, self%stage)
       if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2))
       if (allocated(error)) return
       if (.not. self%may_float) call check_mechanism(structure%mesh, self%equations, error, &
@@ -145,6 +147,7 @@ contains
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
       if (allocated(self%ground)) deallocate (self%ground)
+      if (allocated(self%released)) deallocate (self%released)
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       self%entry = entry_t()
@@ -155,6 +158,8 @@ contains
       self%moved_of(self%equations%moved) = [(i, i=1, size(self%equations%moved))]
       self%moved_elements = elements_at(structure%mesh, self%moved_of > 0)
       call new_state(self%state, nodes, structure%cases)
+      if (allocated(structure%followers)) self%state%followers = structure%followers
+      call follow_all(self%state)
       self%base = self%state
       self%iterate = self%state
       self%factor_of_case = [by_load_factor, (by_case + i, i=1, structure%cases)]
@@ -224,15 +229,17 @@ contains
          call add_motion(self%structure, self%equations, self%external, self%moved_elements, self%state, active, &
             self%internal_force, out_of_balance, toward)
          self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
-         out_of_balance = out_of_balance + unit_force(:, :, active)
+         call add_rate(self%state, active, unit_force, out_of_balance)
          call gather(self%equations, out_of_balance, self%rate)
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
             self%structure, self%equations, self%state, self%watched, self%watched_rate)
+         if (allocated(self%watched) .and. .not. allocated(self%watched_volume)) self%watched_rate = mean_rate( &
+            self%equations, self%state, self%moved_of, self%watched_nodes, self%watched_component)
       end if
       if (allocated(self%inertia)) call self%inertia%act(self%structure, self%equations, self%assembly, self%base, self%state, &
          self%external_force, tangent, merge(self%diagonal, 0, leads(self%team)), self%values)
       out_of_balance = self%external_force - self%internal_force
-      self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
+      self%entry%reaction = -motions_times(self%equations, self%state, out_of_balance)
       call gather(self%equations, out_of_balance, self%residual)
       levels = force_levels(self%equations, scaled_sum(self%state, unit_force), out_of_balance, unit_force(:, :, unscaled:))
       if (allocated(self%inertia)) levels = max(levels, self%inertia%level)
@@ -301,15 +308,18 @@ contains
       integer, intent(in), optional :: kind
       real(wp), intent(inout), allocatable, optional :: stress(:, :)
       integer, intent(in), optional :: scaling
-      real(wp), allocatable :: nodal(:, :)
-      integer :: active
+      real(wp), allocatable :: nodal(:, :), before(:)
+      integer :: active, many
 
       active = by_load_factor
+      many = size(self%equations%motion, 3)
       if (present(scaling)) active = scaling
+      before = factors_at(self%state, many)
       call set_factor(self%state, active, factor_at(self%state, active) + factor_change)
       allocate (nodal(n_nodal, size(self%equations%number, 2)))
       call scatter(self%equations, x, nodal)
-      nodal(:, self%equations%moved) = nodal(:, self%equations%moved) + factor_change*self%equations%motion(:, :, active)
+      nodal(:, self%equations%moved) = nodal(:, self%equations%moved) &
+                                       + held_change(self%equations, factors_at(self%state, many) - before)
       if (present(kind) .and. present(stress)) then
          if (kind == stress_own .and. allocated(stress)) deallocate (stress)
          if (kind /= stress_own .and. .not. allocated(stress)) allocate (stress(n_resultants, self%assembly%elements))
@@ -342,7 +352,7 @@ contains
       real(wp), intent(in) :: x(:), factor_change
       integer, intent(in) :: scaling
       real(wp) :: angle
-      angle = largest_turn(self%equations, x, factor_change, scaling)
+      angle = largest_turn(self%equations, x, factor_change*slopes(self%state, scaling, size(self%equations%motion, 3)))
    end function largest_rotation
 
    !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.
@@ -369,8 +379,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
-      call watch_displacement(self%structure%mesh, self%equations, self%moved_of, node_set, component, self%watched_nodes, &
-                              self%watched, self%watched_rate, error)
+      call watch_displacement(self%structure%mesh, self%equations, self%state, self%moved_of, node_set, component, &
+                              self%watched_nodes, self%watched, self%watched_rate, error)
       self%watched_component = component
    end subroutine watch
 

@@ -2,23 +2,23 @@
 module finshell_ledger
    use finshell_kinds, only: wp
    use finshell_state, only: state_t
-   use finshell_equations, only: equations_t, motion_at
+   use finshell_equations, only: equations_t, motion_at, motion_of
    use finshell_external, only: external_t, on_nothing, displacements_only, with_rotations
    use finshell_freedoms, only: n_nodal
-   use finshell_factor, only: factor_at, unscaled
+   use finshell_factor, only: factors_at, slopes, unscaled
    use finshell_assembly, only: assembly_t
    use finshell_balance, only: balance_t, work_along
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: entry_t, motion_times, balance_between
+   public :: entry_t, motion_times, motions_times, balance_between
 
    !> What is known of a state.
    type :: entry_t
       real(wp), allocatable :: unit_force(:, :, :) !< (n_nodal, nodes, factors) external force for factors of 1 (finshell_factor)
       real(wp), allocatable :: bulges(:, :, :) !< (n_nodal, nodes, factors) what loads that depend on rotations add to it
       real(wp) :: energy = 0 !< stored, also by what no factor scales
-      real(wp) :: reaction = 0 !< of the moved supports, times their motion per factor
+      real(wp), allocatable :: reaction(:) !< (factors) of the moved supports, times their motion per factor
    end type entry_t
 
 contains
@@ -37,6 +37,22 @@ contains
       end do
    end function motion_times
 
+   !> The same for each of the factors that move supports.
+   pure function motions_times(equations, state, force) result(products)
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: force(:, :) !< (n_nodal, nodes)
+      real(wp) :: products(size(equations%motion, 3))
+      integer :: i, k
+      products = 0
+      do k = 1, size(products)
+         do i = 1, size(equations%moved)
+            if (.not. any(abs(equations%motion(:, i, k)) > 0)) cycle
+            products(k) = products(k) + dot_product(motion_of(equations, i, k, state), force(:, equations%moved(i)))
+         end do
+      end do
+   end function motions_times
+
    !> Balance between two states. Forces that depend on displacements only are of third degree in them at most: Simpson's rule over
    !> the chord is exact, but where a level of fluid passes over an element. `from` may be empty: the reference state.
    subroutine balance_between(from, to, base, state, active, loads, structure, equations, assembly, value)
@@ -50,8 +66,8 @@ contains
       type(balance_t), intent(out) :: value
       type(state_t) :: middle
       real(wp), allocatable :: mean(:, :, :)
-      real(wp), allocatable :: way(:), before(:), after(:)
-      integer :: i
+      real(wp), allocatable :: way(:), before(:), after(:), first(:), last(:), change(:), share(:)
+      integer :: i, many
 
       allocate (mean(n_nodal, size(state%displacement, 2), loads%factors), source=0.0_wp)
       call loads%add(on_nothing, structure, equations, state, assembly, mean)
@@ -70,20 +86,31 @@ contains
          mean = mean + 0.5_wp*to%bulges
          if (allocated(from%bulges)) mean = mean + 0.5_wp*from%bulges
       end if
-      allocate (way(loads%factors), source=0.0_wp)
+      many = max(loads%factors, size(equations%motion, 3))
+      allocate (way(many), first(many), last(many), source=0.0_wp)
       do i = 1, loads%factors
          if (i == unscaled) cycle
          call work_along(base, state, mean(:, :, i), way(i), value%known)
          if (.not. value%known) return
       end do
-      before = [(factor_at(base, i), i=1, loads%factors)]
-      after = [(factor_at(state, i), i=1, loads%factors)]
+      if (allocated(from%reaction)) first(:size(from%reaction)) = from%reaction
+      if (allocated(to%reaction)) last(:size(to%reaction)) = to%reaction
+      before = factors_at(base, many)
+      after = factors_at(state, many)
+      change = after - before
+      ! what follows the factor that changes counts with the slope of its chord
+      share = slopes(state, active, many)
+      if (abs(change(active)) > 0) then
+         do i = 1, many
+            if (i /= active .and. abs(share(i)) > 0) share(i) = change(i)/change(active)
+         end do
+      end if
       value%level = to%energy
       value%energy = to%energy - from%energy
-      value%work = dot_product(0.5_wp*(before + after), way) + 0.5_wp*(from%reaction + to%reaction)*(after(active) - before(active))
-      value%duality = way(active) - (to%reaction - from%reaction)
-      value%least = sum(min(before*way, after*way)) + min(from%reaction, to%reaction)*(after(active) - before(active))
-      value%throughput = max(abs(before(active)), abs(after(active)))*abs(way(active)) &
-                         + max(abs(from%reaction), abs(to%reaction))*abs(after(active) - before(active))
+      value%work = dot_product(0.5_wp*(before + after), way) + dot_product(0.5_wp*(first + last), change)
+      value%duality = dot_product(share, way - (last - first))
+      value%least = sum(min(before*way, after*way)) + sum(min(first, last)*change)
+      value%throughput = sum(max(abs(before), abs(after))*abs(way) + max(abs(first), abs(last))*abs(change), &
+                             mask=abs(share) > 0)
    end subroutine balance_between
 end module finshell_ledger

@@ -13,7 +13,7 @@ module finshell_linear_step
    use finshell_equations, only: motion_at, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
    use finshell_factor, only: by_load_factor, by_constant_factor
-   use finshell_load_terms, only: add_stiffness_times, turn_moments
+   use finshell_load_terms, only: add_rate, add_stiffness_times, turn_moments
    use finshell_observer, only: observer_t, record_t, vibration_t
    use finshell_state, only: state_t, linear_change_t, move_state
    use finshell_status, only: status_not_converged
@@ -198,9 +198,8 @@ contains
       associate (loads => problem%external, structure => problem%structure, equations => problem%equations, state => problem%state)
          change%energy = change%energy + loads%standing_energy(structure, equations, state, change%motion)
          call loads%evaluate(structure, equations, state, problem%assembly, unit_force, bulges)
-         problem%external_force = problem%external_force + load_change*unit_force(:, :, by_load_factor) &
-            + constant_change*unit_force(:, :, by_constant_factor) &
-            + load_change*bulges(:, :, by_load_factor) + constant_change*bulges(:, :, by_constant_factor)
+         call add_rate(state, by_load_factor, load_change*(unit_force + bulges), problem%external_force)
+         call add_rate(state, by_constant_factor, constant_change*(unit_force + bulges), problem%external_force)
          call loads%add_change(structure, equations, state, change%motion, problem%external_force)
       end associate
    end subroutine change_forces

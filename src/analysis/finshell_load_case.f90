@@ -33,6 +33,11 @@ contains
       problem%factor_of_case([1, case]) = problem%factor_of_case([case, 1])
       call problem%external%exchange(other)
       problem%equations%motion(:, :, [by_load_factor, other]) = problem%equations%motion(:, :, [other, by_load_factor])
+      if (allocated(problem%equations%anchor_factor)) then
+         associate (anchor => problem%equations%anchor_factor)
+            anchor([by_load_factor, other]) = anchor([other, by_load_factor])
+         end associate
+      end if
       call exchange_factors(problem%state, other)
    end subroutine exchange_with_first
 

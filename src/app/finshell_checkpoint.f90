@@ -4,12 +4,12 @@ module finshell_checkpoint
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise
    use finshell_kinds, only: i8, wp
-   use finshell_load_case, only: arrange_cases, case_of_steps
    use finshell_memo, only: memo_t
    use finshell_monitor, only: restart_all, restart_none
    use finshell_path, only: path_t
    use finshell_path_memory, only: carry_path, carry_state
    use finshell_restart_file, only: restart_file_t, restart_head_t
+   use finshell_stage, only: carry_stage
    use finshell_status, only: status_io_error
    use finshell_structure, only: structure_t
    implicit none
@@ -150,11 +150,8 @@ contains
       type(equilibrium_t), intent(inout) :: problem
       type(path_t), intent(inout) :: path
       integer, intent(inout) :: step
-      integer :: case
       call memo%carry(step)
-      case = case_of_steps(problem)
-      call memo%carry(case)
-      if (memo%reading .and. memo%whole) call arrange_cases(problem, case)
+      call carry_stage(memo, problem)
       call carry_state(memo, problem%state)
       call carry_path(memo, path, problem)
       call memo%carry(problem%solver%expect_definite)

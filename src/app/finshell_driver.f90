@@ -3,7 +3,7 @@ module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_adaptation, only: adapt
    use finshell_bisection, only: bisection_t
-   use finshell_job, only: follow_steps
+   use finshell_job, only: follow_steps, may_float
    use finshell_kinds, only: dp, wp
    use finshell_effort_report, only: print_effort
    use finshell_disk, only: write_failures_return
@@ -12,7 +12,9 @@ module finshell_driver
    use finshell_convert, only: convert
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, raise, text_of
+   use finshell_imperfect, only: apply_given, apply_modes
    use finshell_input, only: input_t, read_input
+   use finshell_input_imperfection, only: modes_end
    use finshell_mesh_report, only: report_mesh
    use finshell_monitor, only: restart_none
    use finshell_monitoring, only: slack_share
@@ -21,10 +23,11 @@ module finshell_driver
    use finshell_process, only: end_with_parent
    use finshell_reporter, only: reporter_t
    use finshell_resume, only: find_record, new_head, resume_t, resumed_input
+   use finshell_restart_file, only: restart_head_t
    use finshell_rung, only: watch_rung, write_rung
    use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
-   use finshell_step, only: control_frequencies, is_in_time
+   use finshell_step, only: is_in_time
    use finshell_status, only: status_input_error
    use finshell_study, only: study
    use finshell_team, only: agree, leads, shared, team_t
@@ -77,6 +80,7 @@ contains
       type(path_t), target :: path
       type(reporter_t), target :: reporter
       type(resume_t) :: resume
+      type(restart_head_t) :: head
       type(speaker_t) :: speaker
       type(bisection_t) :: bisection
       type(error_t), allocatable :: error, late
@@ -95,6 +99,7 @@ contains
          if (.not. allocated(error)) call resumed_input(options, resume, input, error)
       else
          call read_input(options%input, input, error, options%refine, bisection)
+         call apply_given(input, error)
       end if
       call agree(options%team, error)
       if (complain(error, speaks)) return
@@ -118,7 +123,7 @@ contains
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call choose_solver(input, shared(options%team), problem%solver%options, error)
       if (complain(error, speaks)) return
-      problem%may_float = all(input%steps%control == control_frequencies .or. is_in_time(input%steps%control))
+      problem%may_float = may_float(input%structure, input%steps, 1)
       call new_equilibrium(problem, input%structure, error, options%team)
       if (allocated(error)) then
          call place_load_error(input, problem, error)
@@ -147,11 +152,18 @@ contains
          if (.not. is_in_time(input%steps(i)%control)) levels = [levels, input%steps(i)%final_load_factor]
       end do
       reporter%quiet = options%quiet
-      reporter%cases = input%cases
+      reporter%cases = input%factors
       reporter%duration = sum(input%steps%time%duration)
       if (allocated(input%accuracy)) reporter%mesh = 1
       if (allocated(input%accuracy)) input%output%restart = restart_none
       first = 1
+      head = new_head(options, input)
+      if (modes_end(input%imperfections) > 0) then
+         call apply_modes(input, problem, speaks .and. .not. options%quiet, error)
+         call agree(options%team, error)
+         if (complain(error, speaks)) return
+         first = modes_end(input%imperfections) + 1
+      end if
       if (allocated(resume%numbers)) then
          call restore(resume%numbers, problem, path, first, error)
          if (complain(error, speaks)) return
@@ -160,7 +172,7 @@ contains
          if (.not. options%quiet) write (output_unit, '(a)') 'Goes on after increment '//text_of(resume%increment)//' of ' &
             //resume%base
       end if
-      if (speaks) call reporter%checkpoint%attach(problem, path, input%output%restart, new_head(options, input))
+      if (speaks) call reporter%checkpoint%attach(problem, path, input%output%restart, head)
       reporter%checkpoint%step = first
       if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
       call agree(options%team, error)

@@ -10,20 +10,35 @@ module finshell_job
    use finshell_kinds, only: wp
    use finshell_linear_step, only: solve_linear
    use finshell_load_case, only: change_case
-   use finshell_observer, only: record_t
+   use finshell_observer, only: observer_t, record_t
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
    use finshell_resettle, only: resettle
    use finshell_speaker, only: speaker_t
+   use finshell_stage, only: change_stage, is_same_stage, let_go
    use finshell_state, only: state_t
+   use finshell_structure, only: structure_t
    use finshell_team, only: agree
    use finshell_step, only: control_buckling, control_displacement, control_dynamic, control_explicit, control_frequencies, &
       control_linear, control_volume, is_in_time, leaves_state, prescribes_monitored, step_t
    implicit none
    private
-   public :: follow_steps
+   public :: follow_steps, follow_step, may_float
 
 contains
+
+   !> May rigid motions be free in a step and those behind it with the same supports?
+   pure logical function may_float(structure, steps, first)
+      type(structure_t), intent(in) :: structure
+      type(step_t), intent(in) :: steps(:)
+      integer, intent(in) :: first
+      integer :: i
+      may_float = .true.
+      do i = first, size(steps)
+         if (.not. is_same_stage(structure, first, i)) exit
+         may_float = may_float .and. (steps(i)%control == control_frequencies .or. is_in_time(steps(i)%control))
+      end do
+   end function may_float
 
    !> Follow them from the state of the problem. Errors: those of the first step that fails.
    subroutine follow_steps(steps, problem, path, reporter, speaker, error, velocity, from)
@@ -35,31 +50,12 @@ contains
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: velocity(:, :) !< (n_nodal, nodes) and spins that the first step in time begins with
       integer, intent(in), optional :: from !< the step to begin with, or to go on with where the path is under way
-      integer :: begin, first, i
-      first = findloc(is_in_time(steps%control), .true., dim=1)
+      integer :: begin, i
       begin = 1
       if (present(from)) begin = from
       do i = begin, size(steps)
          call reporter%begin_step(steps(i), i)
-         call change_case(problem, steps(i)%case, error)
-         if (allocated(error)) return
-         if (i == first .and. present(velocity) .and. .not. allocated(path%course)) &
-            problem%state%velocity = free_part(problem%equations, velocity)
-         select case (steps(i)%control)
-         case (control_linear); call solve_linear(problem, steps(i), speaker, error)
-         case (control_buckling); call solve_buckling(problem, steps(i), speaker, error)
-         case (control_dynamic); call solve_dynamic(problem, steps(i), path, speaker, error)
-         case (control_frequencies); call solve_frequencies(problem, steps(i), speaker, error)
-         case (control_explicit); call solve_explicit(problem, steps(i), speaker, path%increments, path%iterations, error, &
-                                                        path%course, path%underway)
-         case default
-            if (allocated(problem%state%velocity)) call come_to_rest(steps(i), problem, path, speaker, error)
-            if (.not. allocated(error) .and. path%underway .and. i == begin) then
-               call path%follow(problem, steps(i), speaker, error, resume=.true.)
-            else if (.not. allocated(error)) then
-               call path%follow(problem, steps(i), speaker, error)
-            end if
-         end select
+         call follow_step(steps, i, problem, path, speaker, error, velocity, resumes=i == begin)
          if (.not. allocated(error) .and. (leaves_state(steps(i)%control) .or. is_in_time(steps(i)%control))) &
             call reporter%checkpoint%end_step(i, error)
          call agree(problem%team, error)
@@ -67,13 +63,79 @@ contains
       end do
    end subroutine follow_steps
 
+   !> Follow one of the steps of a job from the state of the problem.
+   subroutine follow_step(steps, i, problem, path, observer, error, velocity, resumes)
+      type(step_t), intent(in) :: steps(:)
+      integer, intent(in) :: i !< which one
+      type(equilibrium_t), intent(inout) :: problem
+      type(path_t), intent(inout) :: path
+      class(observer_t), intent(inout) :: observer
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: velocity(:, :) !< as for `follow_steps`
+      logical, intent(in), optional :: resumes !< it goes on where the path is under way
+      logical :: goes_on
+
+      goes_on = .false.
+      if (present(resumes)) goes_on = resumes
+      call begin_stage(steps, i, problem, path, observer, error)
+      if (.not. allocated(error)) call change_case(problem, steps(i)%case, error)
+      if (.not. allocated(error) .and. leaves_state(steps(i)%control)) call path%ramps_before(problem, steps(i), observer, error)
+      if (allocated(error)) return
+      if (i == findloc(is_in_time(steps%control), .true., dim=1) .and. present(velocity) .and. .not. allocated(path%course)) &
+         problem%state%velocity = free_part(problem%equations, velocity)
+      select case (steps(i)%control)
+      case (control_linear); call solve_linear(problem, steps(i), observer, error)
+      case (control_buckling); call solve_buckling(problem, steps(i), observer, error)
+      case (control_dynamic); call solve_dynamic(problem, steps(i), path, observer, error)
+      case (control_frequencies); call solve_frequencies(problem, steps(i), observer, error)
+      case (control_explicit); call solve_explicit(problem, steps(i), observer, path%increments, path%iterations, error, &
+                                                   path%course, path%underway)
+      case default
+         if (allocated(problem%state%velocity)) call come_to_rest(steps(i), problem, path, observer, error)
+         if (.not. allocated(error)) call path%follow(problem, steps(i), observer, error, resume=goes_on .and. path%underway)
+      end select
+   end subroutine follow_step
+
+   !> Supports and loads that come or go with a step. What that puts out of balance is let go before it; a motion begins with it.
+   subroutine begin_stage(steps, i, problem, path, observer, error)
+      type(step_t), intent(in) :: steps(:)
+      integer, intent(in) :: i !< the step that begins
+      type(equilibrium_t), intent(inout) :: problem
+      type(path_t), intent(inout) :: path
+      class(observer_t), intent(inout) :: observer
+      type(error_t), allocatable, intent(out) :: error
+      real(wp) :: part
+      logical :: changes, starts
+
+      starts = problem%state%increment == 0
+      changes = .not. is_same_stage(problem%structure, problem%stage, i)
+      if (changes) then
+         if (allocated(problem%state%velocity) .and. .not. is_in_time(steps(i)%control)) &
+            call come_to_rest(steps(i), problem, path, observer, error)
+         if (allocated(error)) return
+         problem%may_float = may_float(problem%structure, steps, i)
+         call change_stage(problem, i, error)
+         call path%begin_anew()
+      end if
+      if (allocated(error)) then
+         error%message = "step '"//steps(i)%name//"': "//error%message
+         return
+      end if
+      problem%stage = i
+      if (.not. (changes .or. (starts .and. allocated(problem%state%followers))) .or. is_in_time(steps(i)%control)) return
+      if (starts) call problem%evaluate(.false., error)
+      ! what was left out of balance before is nothing to let go
+      part = 2*maxval(steps(max(i - 1, 1):i)%convergence%residual)
+      if (.not. allocated(error)) call let_go(problem, part, error)
+   end subroutine begin_stage
+
    !> The motion ends: equilibrium at what acts now, or at the present value of what the step prescribes. A step whose load is that
    !> of the motion would have nothing to do otherwise.
-   subroutine come_to_rest(step, problem, path, speaker, error)
+   subroutine come_to_rest(step, problem, path, observer, error)
       type(step_t), intent(in) :: step !< the one that begins
       type(equilibrium_t), intent(inout) :: problem
       type(path_t), intent(inout) :: path
-      type(speaker_t), intent(inout) :: speaker
+      class(observer_t), intent(inout) :: observer
       type(error_t), allocatable, intent(out) :: error
       type(record_t) :: record
       type(state_t) :: state
@@ -101,6 +163,6 @@ contains
       path%underway = .false.
       path%increments = path%increments + 1
       path%iterations = path%iterations + record%iterations
-      call speaker%increment(problem%state, record, error)
+      call observer%increment(problem%state, record, error)
    end subroutine come_to_rest
 end module finshell_job

@@ -3,6 +3,7 @@ module finshell_resume
    use finshell_checkpoint, only: fingerprint
    use finshell_disk, only: full_name
    use finshell_error, only: error_t, raise, text_of
+   use finshell_imperfect, only: apply_given
    use finshell_input, only: input_t, parse_input, read_input
    use finshell_input_difference, only: compare_inputs
    use finshell_kinds, only: wp
@@ -69,6 +70,7 @@ contains
       end if
       begun = nint(resume%numbers(1))
       if (allocated(options%input)) call compare_inputs(resume%head%input_text, input%text, input%file, begun, error)
+      call apply_given(input, error)
       if (.not. allocated(error) .and. fingerprint(input%structure) /= resume%head%model) call raise(error, status_input_error, &
          input%file//': the mesh, or a file beside the input, is not that of the run of '//resume%base)
       if (allocated(error)) return

@@ -4,16 +4,18 @@ module finshell_trial
    use finshell_crossed_cells, only: crossed_cells
    use finshell_dynamic_start, only: check_start
    use finshell_equations, only: equations_t, free_part
-   use finshell_equilibrium, only: equilibrium_t
+   use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, raise, text_of
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor
    use finshell_frequencies, only: check_vibration
    use finshell_input, only: input_t
+   use finshell_job, only: may_float
    use finshell_load, only: load_t, load_nodal, load_edge
    use finshell_load_case, only: change_case
    use finshell_mass_assembly, only: check_masses
    use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
+   use finshell_stage, only: change_stage, is_same_stage
    use finshell_status, only: status_input_error
    use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_dynamic, control_frequencies, &
       control_name, is_in_time, leaves_state
@@ -27,12 +29,20 @@ contains
 
    !> The first step that cannot be followed is an error with its line. The problem is left as it was.
    subroutine check_steps(input, problem, error)
-      type(input_t), intent(in) :: input
+      type(input_t), intent(in), target :: input
       type(equilibrium_t), intent(inout) :: problem
       type(error_t), allocatable, intent(out) :: error
       integer :: i
+      logical :: staged
+      staged = .false.
       do i = 1, size(input%steps)
-         call change_case(problem, input%steps(i)%case, error)
+         if (.not. is_same_stage(input%structure, problem%stage, i)) then
+            staged = .true.
+            problem%may_float = may_float(input%structure, input%steps, i)
+            call change_stage(problem, i, error)
+         end if
+         problem%stage = i
+         if (.not. allocated(error)) call change_case(problem, input%steps(i)%case, error)
          if (.not. allocated(error)) call check_step(input%steps(i), i == 1, problem, error)
          if (.not. allocated(error)) call check_rest(input%steps(:i), error)
          if (.not. allocated(error)) cycle
@@ -40,6 +50,11 @@ contains
          exit
       end do
       if (.not. allocated(error)) call change_case(problem, 1, error)
+      problem%stage = 1
+      if (staged .and. .not. allocated(error)) then
+         problem%may_float = may_float(input%structure, input%steps, 1)
+         call new_equilibrium(problem, input%structure, error)
+      end if
       if (allocated(problem%watched)) deallocate (problem%watched)
       if (allocated(problem%watched_volume)) deallocate (problem%watched_volume)
    end subroutine check_steps
@@ -97,11 +112,21 @@ contains
    pure logical function something_scales(problem, scaling) result(yes)
       type(equilibrium_t), intent(in) :: problem
       integer, intent(in) :: scaling !< of the loads that follow it, in the structure
+      integer, allocatable :: moving(:), scaled(:) !< factors that go along with it: those of supports, and of loads in the structure
       integer :: i
+      moving = [by_load_factor]
+      scaled = [scaling]
+      if (allocated(problem%state%followers)) then
+         associate (f => problem%state%followers)
+            moving = [moving, pack(f%factor, f%parent == by_load_factor)]
+            scaled = [scaled, pack(f%factor, f%parent == by_load_factor)]
+         end associate
+      end if
       associate (loads => problem%structure%loads)
-         yes = any(abs(problem%equations%motion(:, :, by_load_factor)) > 0)
+         yes = any(abs(problem%equations%motion(:, :, pack(moving, moving <= size(problem%equations%motion, 3)))) > 0)
          do i = 1, size(loads)
-            yes = yes .or. (loads(i)%scaling == scaling .and. acts(loads(i), problem%structure%mesh, problem%equations))
+            if (.not. loads(i)%span%covers(problem%stage)) cycle
+            yes = yes .or. (any(scaled == loads(i)%scaling) .and. acts(loads(i), problem%structure%mesh, problem%equations))
          end do
       end associate
    end function something_scales
@@ -168,6 +193,7 @@ contains
          return
       end if
       do i = 1, size(input%structure%loads)
+         if (input%structure%loads(i)%span%first > 1) cycle
          if (acts(input%structure%loads(i), input%structure%mesh, problem%equations)) cycle
          text = input%file//':'//text_of(input%load_lines(i))//': &load: it moves nothing: it is zero, or acts on what is held only'
          return

@@ -10,7 +10,7 @@ module finshell_external
    use finshell_dead_load, only: dead_load_t, new_dead_load, add_nodal, add_edge, add_area
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
-   use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, number_of_factors
+   use finshell_factor, only: by_load_factor, by_constant_factor, by_release, unscaled, factor_at, number_of_factors
    use finshell_follower_load, only: add_pressure_load, pressed_region_t
    use finshell_foundation, only: add_foundation
    use finshell_hydrostatic, only: add_hydrostatic
@@ -44,6 +44,7 @@ module finshell_external
       logical :: has_constants = .false.
    contains
       procedure :: keep_own
+      procedure :: let_go
       procedure :: exchange
       procedure :: any_with
       procedure :: add
@@ -58,12 +59,14 @@ module finshell_external
 contains
 
    !> Sum up the loads of a structure. Errors: unknown set, no density, unknown kind.
-   subroutine new_external(self, structure, equations, error)
+   subroutine new_external(self, structure, equations, error, step)
       type(external_t), intent(out) :: self
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(error_t), allocatable, intent(out) :: error
+      integer, intent(in), optional :: step !< whose loads these are; without it: of all
       type(load_t), allocatable :: loads(:)
+      logical, allocatable :: there(:)
       integer, allocatable :: edges(:, :)
       type(load_item_t), allocatable :: acting(:)
       type(dead_load_t), allocatable :: dead(:)
@@ -71,14 +74,17 @@ contains
 
       allocate (loads(0), acting(0))
       if (allocated(structure%loads)) loads = structure%loads
+      allocate (there(size(loads)), source=.true.)
+      if (present(step)) there = loads%span%covers(step)
       self%factors = number_of_factors(structure%cases)
       allocate (dead(self%factors))
       do i = 1, self%factors
          call new_dead_load(dead(i), size(structure%mesh%coordinates, 2), i)
       end do
-      allocate (self%pressures(count(loads%kind == load_pressure)))
+      allocate (self%pressures(count(loads%kind == load_pressure .and. there)))
       pressures = 0
       do i = 1, size(loads)
+         if (.not. there(i)) cycle
          associate (load => loads(i))
             select case (load%kind)
             case (load_nodal); call add_nodal(load, structure, dead(load%scaling), error)
@@ -100,7 +106,7 @@ contains
          end associate
          if (allocated(error)) return
       end do
-      self%has_constants = any(loads%scaling == by_constant_factor)
+      self%has_constants = any(loads%scaling == by_constant_factor .and. there)
       call list_all(self, dead, acting)
       call find_turning(self, structure%mesh, equations, dead)
       self%symmetric = size(self%turning_nodes) == 0
@@ -123,6 +129,20 @@ contains
          call self%own(i)%load%keep(mine(self%list(i)%load%elements))
       end do
    end subroutine keep_own
+
+   !> Add nodal forces that are to be let go. (Where their moments act at nodes that turn, the tangent leaves out the little
+   !> that these are not conservative.)
+   subroutine let_go(self, nodal)
+      class(external_t), intent(inout) :: self
+      real(wp), intent(in) :: nodal(:, :) !< (n_nodal, nodes) for a factor of 1
+      type(dead_load_t) :: dead
+      call new_dead_load(dead, size(nodal, 2), by_release)
+      dead%nodal = nodal
+      dead%has_energy = .not. any(abs(nodal(rx:rz, :)) > 0)
+      call append(self%list, dead)
+      if (allocated(self%own)) call append(self%own, dead)
+      self%factors = max(self%factors, by_release)
+   end subroutine let_go
 
    !> Let the loads that follow the load factor and those of another factor change places.
    subroutine exchange(self, other)

@@ -8,11 +8,12 @@ module finshell_load_terms
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t
    use finshell_equations, only: equations_t, motion_at
+   use finshell_factor, only: slope_of
    use finshell_external, only: external_t
    use finshell_assembly, only: assembly_t, add_element_contributions
    implicit none
    private
-   public :: add_turning, turn_moments, add_motion, add_stiffness_times
+   public :: add_turning, turn_moments, add_motion, add_rate, add_stiffness_times
 
 contains
 
@@ -57,6 +58,20 @@ contains
          motion(:, equations%moved(i)) = motion_at(equations, i, active, state)
       end do
    end function motion_of_held
+
+   !> Add the change of forces with a factor and with those that follow it.
+   pure subroutine add_rate(state, active, unit_force, rate)
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: active !< factor that changes (finshell_factor)
+      real(wp), intent(in) :: unit_force(:, :, :) !< (n_nodal, nodes, factors) for factors of 1
+      real(wp), intent(inout) :: rate(:, :) !< (n_nodal, nodes)
+      real(wp) :: slope
+      integer :: k
+      do k = 1, size(unit_force, 3)
+         slope = slope_of(state, active, k)
+         if (abs(slope) > 0) rate = rate + slope*unit_force(:, :, k)
+      end do
+   end subroutine add_rate
 
    !> Take the internal forces due to the motion of held nodes from rate, and add what the loads change by.
    subroutine add_motion(structure, equations, loads, elements, state, active, internal_force, rate, toward)

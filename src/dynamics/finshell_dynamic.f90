@@ -6,7 +6,7 @@ module finshell_dynamic
    use finshell_equations, only: gather, free_part
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
-   use finshell_factor, only: by_load_factor
+   use finshell_factor, only: by_load_factor, set_factor, set_time
    use finshell_freedoms, only: ux, uz
    use finshell_conservation, only: keep_energy, keep_momenta, new_rigid, rigid_t
    use finshell_kinds, only: wp, dp
@@ -22,7 +22,7 @@ module finshell_dynamic
    use finshell_structure, only: turning_nodes
    use finshell_status, only: status_not_converged
    use finshell_step, only: control_dynamic, scheme_conserving, step_t
-   use finshell_support_motion, only: factor_rates, support_rates
+   use finshell_support_motion, only: stops_of, support_rates
    implicit none
    private
    public :: solve_dynamic
@@ -58,8 +58,10 @@ contains
       class(observer_t), intent(inout) :: observer
       type(error_t), allocatable, intent(out) :: error
       type(course_t) :: course
+      type(step_t) :: own
       logical :: limp, soft
 
+      own = step
       limp = problem%limp
       soft = problem%soft
       ! masses hold what has no stiffness
@@ -70,16 +72,17 @@ contains
       path%tangent%known = .false.
       course%duration = step%time%duration
       if (allocated(path%course)) then
-         call resume(course, problem, step, path, error)
+         call resume(course, problem, own, path, error)
       else
          course%begun = problem%state%time
          course%at_start = problem%state%load_factor
+         own%time%stops = stops_of(problem%state, step%time)
          if (step%stiffness_damping > 0) course%first_displacement = problem%state%displacement
          if (step%stiffness_damping > 0) course%first_rotation = problem%state%rotation
          call begin_dynamic(problem, step, error)
          if (.not. allocated(error)) call begin(course, problem, step, error)
       end if
-      if (.not. allocated(error)) call follow(course, problem, step, path, observer, error)
+      if (.not. allocated(error)) call follow(course, problem, own, path, observer, error)
       if (.not. allocated(error) .and. allocated(path%course)) deallocate (path%course)
       problem%limp = limp
       problem%soft = soft
@@ -116,7 +119,7 @@ contains
    subroutine resume(self, problem, step, path, error)
       type(course_t), intent(inout) :: self
       class(equilibrium_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
+      type(step_t), intent(inout) :: step
       type(path_t), intent(in) :: path
       type(error_t), allocatable, intent(out) :: error
       type(memo_t) :: memo
@@ -125,7 +128,9 @@ contains
       memo = memo_t(numbers=path%course, reading=.true.)
       call self%pace%begin(step, self%duration, 0.0_wp)
       call carry_course(memo, self)
-      problem%state%load_factor = self%at_start
+      call set_factor(problem%state, by_load_factor, self%at_start)
+      call set_time(problem%state, self%begun)
+      step%time%stops = stops_of(problem%state, step%time)
       if (allocated(self%first_displacement)) problem%state%displacement = self%first_displacement
       if (allocated(self%first_rotation)) problem%state%rotation = self%first_rotation
       call begin_dynamic(problem, step, error)
@@ -239,11 +244,12 @@ contains
       factor = step%time%factor(end_time, self%at_start)
       associate (inertia => problem%inertia, base => problem%base)
          call self%method%prepare(base, self%auxiliary, h, inertia)
-         rates = factor_rates(step%time, end_time, self%at_start, .false.)
+         rates = step%time%factor_rates(end_time, self%at_start, .false.)
          allocate (x(problem%n))
          call gather(problem%equations, h*base%velocity + 0.5_wp*h**2*self%auxiliary, x)
+         problem%state%time = self%begun + end_time ! what follows it goes along with the move
          call problem%move(x, factor - base%load_factor)
-         call support_rates(problem%equations, problem%state, rates, inertia%held_velocity, inertia%held_acceleration)
+         call support_rates(problem%equations, problem%state, rates, .false., inertia%held_velocity, inertia%held_acceleration)
       end associate
       call solve_increment(problem, constraint_t(target=factor), step%convergence, self%mean_levels, result)
    end subroutine attempt

@@ -1,10 +1,10 @@
 !> Where an implicit step in time begins: masses, damping, the load factor at once, accelerations from equilibrium, and how long the
 !> first increment is.
 module finshell_dynamic_start
-   use finshell_equations, only: free_part
+   use finshell_equations, only: free_part, held_change
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
-   use finshell_factor, only: by_constant_factor, by_load_factor, set_factor
+   use finshell_factor, only: by_constant_factor, by_load_factor, factors_at, set_factor
    use finshell_freedoms, only: n_corners, n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: new_damper
    use finshell_kinds, only: wp, dp
@@ -12,7 +12,7 @@ module finshell_dynamic_start
    use finshell_state, only: moved_state, small_part, state_t
    use finshell_status, only: status_input_error
    use finshell_step, only: step_t
-   use finshell_support_motion, only: factor_rates, support_rates
+   use finshell_support_motion, only: support_rates
    implicit none
    private
    public :: begin_dynamic, check_start, first_size
@@ -51,8 +51,8 @@ contains
          if (allocated(error)) return
 
          call begin_motion(problem)
-         call support_rates(equations, state, factor_rates(step%time, 0.0_wp, state%load_factor, .true.), inertia%held_velocity, &
-                            inertia%held_acceleration)
+         call support_rates(equations, state, step%time%factor_rates(0.0_wp, state%load_factor, .true.), .true., &
+                            inertia%held_velocity, inertia%held_acceleration)
          call set_factor(state, by_load_factor, step%time%factor(0.0_wp, state%load_factor))
          state%velocity = free_part(equations, state%velocity) + inertia%held_velocity
          call problem%accept()
@@ -76,9 +76,16 @@ contains
       logical, intent(in) :: constants_act
       type(error_t), allocatable, intent(out) :: error
       real(wp) :: first
+      real(wp), allocatable :: change(:)
+      type(state_t) :: after
       first = step%time%factor(0.0_wp, found)
       associate (motion => problem%equations%motion)
-         if (any(abs(motion(:, :, by_load_factor)) > 0) .and. abs(first - found) > 0) then
+         after = problem%state
+         call set_factor(after, by_load_factor, found)
+         change = factors_at(after, size(motion, 3))
+         call set_factor(after, by_load_factor, first)
+         change = factors_at(after, size(motion, 3)) - change
+         if (any(abs(held_change(problem%equations, change)) > 0)) then
             call raise(error, status_input_error, 'dynamic: supports move with the load factor, which jumps from ' &
                //text_of(real(found, dp))//' to '//text_of(real(first, dp)) &
                //' at the beginning; give it over time by times and factors')

@@ -5,11 +5,10 @@
 !> is drawn up too: a motion that has become unstable makes energy out of nothing, and is refused.
 module finshell_explicit
    use finshell_assembly, only: paying_threads
-   use finshell_equations, only: rotation_at
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
-   use finshell_factor, only: by_constant_factor, by_load_factor
-   use finshell_freedoms, only: n_nodal, rx, rz, ux
+   use finshell_factor, only: by_constant_factor, by_load_factor, set_factor, set_time
+   use finshell_freedoms, only: n_nodal, ux
    use finshell_kinds, only: wp
    use finshell_leapfrog, only: leapfrog_t, new_leapfrog, sums_t
    use finshell_memo, only: memo_t
@@ -17,12 +16,12 @@ module finshell_explicit
    use finshell_motion_force, only: evaluate_forces, stored_energy
    use finshell_motion_start, only: begin_motion, lumped_masses
    use finshell_observer, only: observer_t, record_t
-   use finshell_quaternion, only: quaternion_conjugate, quaternion_product, quaternion_to_rotation_vector, &
-      rotation_vector_to_quaternion
    use finshell_rotatory_inertia, only: scale_rotatory_inertia
    use finshell_stable_step, only: stable_increment
    use finshell_status, only: status_not_converged
+   use finshell_state, only: state_t
    use finshell_step, only: step_t
+   use finshell_support_motion, only: drive_supports, stops_of
    implicit none
    private
    public :: solve_explicit
@@ -52,9 +51,9 @@ module finshell_explicit
 contains
 
    !> Follow the motion from the state of the problem. Errors: no mass; an element that ends; instability; too many increments.
-   subroutine solve_explicit(problem, step, observer, increments, iterations, error, course, underway)
+   subroutine solve_explicit(problem, given, observer, increments, iterations, error, course, underway)
       class(equilibrium_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
+      type(step_t), intent(in) :: given !< the step
       class(observer_t), intent(inout) :: observer
       integer, intent(inout) :: increments, iterations !< those that are told, and all; this step is added
       type(error_t), allocatable, intent(out) :: error
@@ -63,15 +62,18 @@ contains
       logical, intent(inout), optional :: underway
       type(progress_t) :: self
       type(sums_t) :: sums
+      type(step_t) :: step
       real(wp) :: after, landing
       integer :: left, row
       logical :: goes_on
 
+      step = given
       goes_on = .false.
       if (present(course)) goes_on = allocated(course)
       if (goes_on) then
          call resume(self, problem, step, course, error)
       else
+         step%time%stops = stops_of(problem%state, step%time)
          call begin(self, problem, step, error)
       end if
       if (allocated(error)) return
@@ -133,10 +135,11 @@ contains
    subroutine resume(self, problem, step, course, error)
       type(progress_t), intent(out) :: self
       class(equilibrium_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
+      type(step_t), intent(inout) :: step
       real(wp), intent(in) :: course(:)
       type(error_t), allocatable, intent(out) :: error
       type(memo_t) :: memo
+      type(state_t) :: began
       call cpu_time(self%record%cpu_time)
       self%record%cpu_time = -self%record%cpu_time
       self%threads = paying_threads(problem%assembly%elements)
@@ -144,6 +147,10 @@ contains
       if (allocated(error)) return
       memo = memo_t(numbers=course, reading=.true.)
       call carry_progress(memo, self)
+      began = problem%state
+      call set_factor(began, by_load_factor, self%at_start)
+      call set_time(began, self%began)
+      step%time%stops = stops_of(began, step%time)
       call evaluate_forces(problem, error)
       if (allocated(error)) return
       if (self%done >= self%renewal) call renew(self, problem, step, error)
@@ -269,29 +276,15 @@ contains
       self%done = self%done + 1
    end subroutine advance
 
-   !> Velocities and spins of moved supports over a length of time from now on, and rotations after it that are prescribed as a
-   !> whole.
+   !> Velocities and spins of moved supports over a length of time from now on, and rotations after it.
    subroutine prescribe(self, problem, step, length, drive, turned)
       type(progress_t), intent(in) :: self
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: length
       real(wp), intent(out) :: drive(:, :), turned(:, :) !< (n_nodal, moved), (4, moved)
-      real(wp) :: now
-      integer :: i
-      associate (e => problem%equations, state => problem%state)
-         now = state%load_factor
-         state%load_factor = step%time%factor(self%time + length, self%at_start)
-         do i = 1, size(e%moved)
-            drive(:, i) = (state%load_factor - now)/length*e%motion(:, i, by_load_factor)
-            turned(:, i) = 0
-            if (.not. e%turned(i)) cycle
-            turned(:, i) = rotation_vector_to_quaternion(rotation_at(e, i, state))
-            drive(rx:rz, i) = quaternion_to_rotation_vector(quaternion_product(turned(:, i), &
-                                                            quaternion_conjugate(state%rotation(:, e%moved(i)))))/length
-         end do
-         state%load_factor = now
-      end associate
+      call drive_supports(problem%equations, problem%state, step%time%factor(self%time + length, self%at_start), &
+                          self%began + self%time + length, length, drive, turned)
    end subroutine prescribe
 
    !> Time and load factor of the state follow those of the step.
@@ -299,8 +292,8 @@ contains
       type(progress_t), intent(in) :: self
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      problem%state%time = self%began + self%time
-      problem%state%load_factor = step%time%factor(self%time, self%at_start)
+      call set_factor(problem%state, by_load_factor, step%time%factor(self%time, self%at_start))
+      call set_time(problem%state, self%began + self%time)
    end subroutine go_to
 
    !> Tell the observer of the present state.

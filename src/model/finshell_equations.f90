@@ -7,8 +7,8 @@ module finshell_equations
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_status, only: status_input_error, status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
-   use finshell_factor, only: by_constant_factor, factor_at
-   use finshell_quaternion, only: rotation_vector_to_quaternion
+   use finshell_factor, only: by_constant_factor, factor_at, slope_of
+   use finshell_quaternion, only: quaternion_product, rotation_vector_to_quaternion
    use finshell_rotation, only: cross_product, tangent_operator
    use finshell_held_side, only: find_held_sides
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
@@ -17,7 +17,8 @@ module finshell_equations
       support_components, support_clamp, support_hinge, support_symmetry, axes_global, axes_given, axes_cylindrical
    implicit none
    private
-   public :: equations_t, new_equations, motion_at, rotation_at, turn_held, gather, scatter, free_part, largest_turn
+   public :: equations_t, new_equations, anchor, motion_of, motion_at, turn_held, held_rotation, held_change
+   public :: gather, scatter, free_part, largest_turn
    public :: field_displacement, field_rotation
 
    integer(i1), parameter :: field_displacement = 1_i1, field_rotation = 2_i1
@@ -32,6 +33,9 @@ module finshell_equations
       integer, allocatable :: moved(:)
       real(wp), allocatable :: motion(:, :, :) !< (n_nodal, moved, factors) finshell_factor
       logical, allocatable :: turned(:) !< (moved) all three rotations are held: the vectors give the whole rotation
+      !> Since supports changed (finshell_stage): rotations of all nodes (4, nodes) and factors when they did, from which those
+      !> vectors count. Unallocated: from the reference.
+      real(wp), allocatable :: anchor_rotation(:, :), anchor_factor(:)
       type(node_support_t), allocatable :: supported(:) !< what is held, by node (ascending), for messages and checks
       integer, allocatable :: support_of(:) !< (nodes) index into supported, 0: free
       integer, allocatable :: held(:, :) !< (3, elements) sides that supports hold; unallocated: none (finshell_held_side)
@@ -40,19 +44,22 @@ module finshell_equations
 contains
 
    !> Number the unknowns of a mesh under its supports. Errors: unknown set, bad axes, contradictory supports.
-   subroutine new_equations(self, mesh, supports, error, turns, factors)
+   subroutine new_equations(self, mesh, supports, error, turns, factors, step)
       type(equations_t), intent(out) :: self
       type(mesh_t), intent(in) :: mesh
       type(support_t), intent(in) :: supports(:)
       type(error_t), allocatable, intent(out) :: error
       logical, intent(in), optional :: turns(:) !< (nodes) whether a node has rotations: those of membranes alone have none
       integer, intent(in), optional :: factors !< that scale loads and supports (finshell_factor)
+      integer, intent(in), optional :: step !< whose supports these are, the first by default
       real(wp) :: axes(3, 3)
       logical :: held(n_nodal), global
-      integer :: nodes, i, k, frames, many
+      integer :: nodes, i, k, frames, many, stage
 
+      stage = 1
+      if (present(step)) stage = step
       nodes = size(mesh%coordinates, 2)
-      call merge_supports(self, mesh, supports, error)
+      call merge_supports(self, mesh, supports, stage, error)
       if (allocated(error)) return
       if (present(turns)) call refuse_rotations(self, turns, error)
       if (allocated(error)) return
@@ -114,10 +121,11 @@ contains
    end subroutine refuse_rotations
 
    !> Collect the constraints of all supports, node by node.
-   subroutine merge_supports(self, mesh, supports, error)
+   subroutine merge_supports(self, mesh, supports, step, error)
       type(equations_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(support_t), intent(in) :: supports(:)
+      integer, intent(in) :: step
       type(error_t), allocatable, intent(inout) :: error
       integer, allocatable :: set_of(:)
       integer :: s, i, node, nodes, found
@@ -132,7 +140,7 @@ contains
                //"'; it has: "//node_set_names(mesh))
             return
          end if
-         self%support_of(mesh%node_sets(set_of(s))%members) = 1
+         if (supports(s)%span%covers(step)) self%support_of(mesh%node_sets(set_of(s))%members) = 1
       end do
       allocate (self%supported(count(self%support_of > 0)))
       found = 0
@@ -143,6 +151,7 @@ contains
          self%supported(found)%node = node
       end do
       do s = 1, size(supports)
+         if (.not. supports(s)%span%covers(step)) cycle
          do i = 1, size(mesh%node_sets(set_of(s))%members)
             node = mesh%node_sets(set_of(s))%members(i)
             call add_support(self%supported(self%support_of(node)), supports(s), mesh%coordinates(:, node), error)
@@ -270,30 +279,66 @@ contains
       if (allocated(values)) moves = any(abs(values) > 0)
    end function moves
 
-   !> Displacement and spin of a moved node per change of a factor. Where the whole rotation is given by a vector that two factors
+   !> Prescribed rotations count from a state on: that in which supports have changed.
+   pure subroutine anchor(self, rotation, factor)
+      type(equations_t), intent(inout) :: self
+      real(wp), intent(in) :: rotation(:, :) !< (4, nodes)
+      real(wp), intent(in) :: factor(:) !< as many as move supports
+      self%anchor_rotation = rotation
+      self%anchor_factor = factor
+   end subroutine anchor
+
+   !> Displacement and spin of a moved node per change of factor k. Where the whole rotation is given by a vector that two factors
    !> scale, the spin is not the vector of the one that changes.
+   pure function motion_of(self, i, k, state) result(motion)
+      type(equations_t), intent(in) :: self
+      integer, intent(in) :: i !< index into moved
+      integer, intent(in) :: k !< finshell_factor
+      type(state_t), intent(in) :: state
+      real(wp) :: motion(n_nodal)
+      motion = self%motion(:, i, k)
+      if (self%turned(i)) motion(rx:rz) = matmul(tangent_operator(rotation_at(self, i, state)), motion(rx:rz))
+   end function motion_of
+
+   !> The same per change of a factor with all that follow it.
    pure function motion_at(self, i, active, state) result(motion)
       type(equations_t), intent(in) :: self
       integer, intent(in) :: i !< index into moved
       integer, intent(in) :: active !< factor that changes (finshell_factor)
       type(state_t), intent(in) :: state
-      real(wp) :: motion(n_nodal)
-      motion = self%motion(:, i, active)
-      if (self%turned(i)) motion(rx:rz) = matmul(tangent_operator(rotation_at(self, i, state)), motion(rx:rz))
+      real(wp) :: motion(n_nodal), slope
+      integer :: k
+      motion = 0
+      do k = 1, size(self%motion, 3)
+         slope = slope_of(state, active, k)
+         if (abs(slope) > 0) motion = motion + slope*motion_of(self, i, k, state)
+      end do
    end function motion_at
 
-   !> Rotation vector of a moved node whose whole rotation is given.
+   !> Rotation vector of a moved node whose whole rotation is given, from its anchor on.
    pure function rotation_at(self, i, state) result(rotation)
       type(equations_t), intent(in) :: self
       integer, intent(in) :: i !< index into moved
       type(state_t), intent(in) :: state
-      real(wp) :: rotation(3)
+      real(wp) :: rotation(3), factor
       integer :: k
       rotation = 0
       do k = 1, size(self%motion, 3)
-         rotation = rotation + factor_at(state, k)*self%motion(rx:rz, i, k)
+         factor = factor_at(state, k)
+         if (allocated(self%anchor_factor)) factor = factor - self%anchor_factor(k)
+         rotation = rotation + factor*self%motion(rx:rz, i, k)
       end do
    end function rotation_at
+
+   !> That rotation, a quaternion.
+   pure function held_rotation(self, i, state) result(rotation)
+      type(equations_t), intent(in) :: self
+      integer, intent(in) :: i !< index into moved
+      type(state_t), intent(in) :: state
+      real(wp) :: rotation(4)
+      rotation = rotation_vector_to_quaternion(rotation_at(self, i, state))
+      if (allocated(self%anchor_rotation)) rotation = quaternion_product(rotation, self%anchor_rotation(:, self%moved(i)))
+   end function held_rotation
 
    !> Rotations of nodes whose whole rotation is given.
    pure subroutine turn_held(self, state)
@@ -301,9 +346,21 @@ contains
       type(state_t), intent(inout) :: state
       integer :: i
       do i = 1, size(self%moved)
-         if (self%turned(i)) state%rotation(:, self%moved(i)) = rotation_vector_to_quaternion(rotation_at(self, i, state))
+         if (self%turned(i)) state%rotation(:, self%moved(i)) = held_rotation(self, i, state)
       end do
    end subroutine turn_held
+
+   !> (n_nodal, moved) Displacements and rotation vectors of held components for changes of factors.
+   pure function held_change(self, changes) result(motion)
+      type(equations_t), intent(in) :: self
+      real(wp), intent(in) :: changes(:) !< (factors that move supports)
+      real(wp) :: motion(n_nodal, size(self%moved))
+      integer :: k
+      motion = 0
+      do k = 1, size(changes)
+         if (abs(changes(k)) > 0) motion = motion + changes(k)*self%motion(:, :, k)
+      end do
+   end function held_change
 
    !> Global nodal vectors (n_nodal, nodes) to the equations: components in node axes, held ones left out.
    pure subroutine gather(self, nodal, x)
@@ -354,14 +411,13 @@ contains
       call scatter(self, x, free)
    end function free_part
 
-   !> Largest rotation (radian) of a node in a correction x of the unknowns and of a factor.
-   pure function largest_turn(self, x, factor_change, scaling) result(angle)
+   !> Largest rotation (radian) of a node in a correction x of the unknowns and of factors.
+   pure function largest_turn(self, x, changes) result(angle)
       class(equations_t), intent(in) :: self
       real(wp), intent(in) :: x(:) !< (n)
-      real(wp), intent(in) :: factor_change
-      integer, intent(in) :: scaling !< the factor that changes
+      real(wp), intent(in) :: changes(:) !< of the factors that move supports
       real(wp) :: angle
-      real(wp) :: turn(rx:rz)
+      real(wp) :: turn(rx:rz), held(n_nodal, size(self%moved))
       integer :: i, k
       angle = 0
       do i = 1, size(self%number, 2)
@@ -371,8 +427,9 @@ contains
          end do
          angle = max(angle, norm2(turn))
       end do
+      held = held_change(self, changes)
       do i = 1, size(self%moved)
-         angle = max(angle, norm2(factor_change*self%motion(rx:rz, i, scaling)))
+         angle = max(angle, norm2(held(rx:rz, i)))
       end do
    end function largest_turn
 end module finshell_equations

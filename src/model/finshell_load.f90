@@ -3,6 +3,7 @@
 module finshell_load
    use finshell_kinds, only: wp
    use finshell_factor, only: by_load_factor
+   use finshell_span, only: span_t
    implicit none
    private
    public :: load_t
@@ -23,6 +24,7 @@ module finshell_load
       character(len=:), allocatable :: set !< node set (nodal), edge set (edge), element set (others)
       logical :: at_nodes = .false. !< of a kind that acts on elements or at nodes: `set` is a node set
       integer :: scaling = by_load_factor !< see finshell_factor
+      type(span_t) :: span !< steps in which it is there
       !> Global components: force (nodal), force per length (edge), force per area (traction), acceleration (gravity).
       real(wp) :: vector(3) = 0
       real(wp) :: moment(3) = 0 !< nodal: works on the spin, so its direction stays fixed in space

@@ -3,6 +3,7 @@
 module finshell_state
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_kinds, only: wp
+   use finshell_table, only: follower_t
    use finshell_quaternion, only: update_quaternion, quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector
    implicit none
    private
@@ -13,7 +14,11 @@ module finshell_state
       real(wp), allocatable :: rotation(:, :) !< (4, nodes) unit quaternions, scalar first: reference to current directors
       real(wp) :: load_factor = 0 !< of the loads and supports of the case that the present step changes
       real(wp) :: constant_factor = 0 !< of constant loads and supports: rises to 1 before the first step
-      real(wp), allocatable :: case_factor(:) !< of the other cases (finshell_factor)
+      real(wp) :: release_factor = 0 !< of forces that are let go before a step (finshell_stage)
+      real(wp), allocatable :: case_factor(:) !< of the other cases, and of what follows tables (finshell_factor)
+      type(follower_t), allocatable :: followers(:) !< what follows what; unallocated: nothing
+      logical :: rises = .true. !< the factor that was changed last
+      logical :: leaves = .true. !< accepted, to go on from; else it has been arrived at
       integer :: increment = 0 !< number of converged increments
       real(wp) :: time = 0 !< spent in steps in time
       !> (n_nodal, nodes) rates of displacements, and spins; and their rates. Global axes. Unallocated: at rest.

@@ -7,7 +7,7 @@
 !> (to fourth order) come out as they are.
 module finshell_state_transfer
    use finshell_edges, only: edges_t, find_edge, new_edges
-   use finshell_equations, only: equations_t, rotation_at
+   use finshell_equations, only: equations_t, held_rotation
    use finshell_factor, only: factor_at
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_kinds, only: wp
@@ -115,7 +115,7 @@ contains
          if (all(equations%number(rx:rz, i) > 0)) cycle
          if (m > 0) then
             if (equations%turned(m)) then
-               state%rotation(:, i) = rotation_vector_to_quaternion(rotation_at(equations, m, state))
+               state%rotation(:, i) = held_rotation(equations, m, state)
                cycle
             end if
             if (any(abs(motion(rx:rz)) > 0)) cycle

@@ -3,11 +3,11 @@ module finshell_step
    use finshell_kinds, only: wp, i4
    use finshell_status, only: status_invalid_argument
    use finshell_error, only: error_t, raise
-   use finshell_factor, only: by_load_factor, by_constant_factor
+   use finshell_factor, only: by_load_factor, by_release
    use finshell_time_plan, only: time_plan_t
    implicit none
    private
-   public :: step_t, convergence_t, convergence_preset, constant_ramp
+   public :: step_t, convergence_t, convergence_preset, ramp_before
    public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
    public :: control_frequencies, leaves_state, is_mode, mass_higher_order, mass_consistent, mass_lumped
    public :: control_dynamic, control_explicit, is_in_time, scheme_generalised_alpha, scheme_conserving
@@ -115,20 +115,24 @@ module finshell_step
 
 contains
 
-   !> The step under load control that brings in constant loads and supports before a given one.
-   pure function constant_ramp(step) result(ramp)
+   !> The step under load control that comes before a given one: it brings in constant loads and supports, or lets go what is to be
+   !> let go.
+   pure function ramp_before(step, scaling) result(ramp)
       type(step_t), intent(in) :: step
+      integer, intent(in) :: scaling !< by_constant_factor or by_release
       type(step_t) :: ramp
       ramp%convergence = step%convergence
       ramp%name = 'constant loads'
-      ramp%scaling = by_constant_factor
+      if (scaling == by_release) ramp%name = 'what goes before '//step%name
+      ramp%scaling = scaling
+      if (scaling == by_release) ramp%final_load_factor = 0
       ramp%first_increment = 1
       ramp%growth = step%growth
       ramp%descent = step%descent
       ramp%relaxes = step%relaxes
       ramp%fallback = step%fallback
       ramp%wanted_iterations = step%wanted_iterations
-   end function constant_ramp
+   end function ramp_before
 
    !> Named tolerances: 'paper' (0.5 % of force, 1 % of the increment) or 'tight' (1e-8 of both). Error: unknown name.
    pure subroutine convergence_preset(name, convergence, error)

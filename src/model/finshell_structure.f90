@@ -5,6 +5,7 @@ module finshell_structure
    use finshell_section, only: section_t, formulation_s
    use finshell_support, only: support_t
    use finshell_load, only: load_t
+   use finshell_table, only: follower_t
    implicit none
    private
    public :: structure_t, curved_elements, is_membrane, turning_nodes
@@ -20,7 +21,8 @@ module finshell_structure
       real(wp), allocatable :: normal(:, :, :)
       type(support_t), allocatable :: supports(:)
       type(load_t), allocatable :: loads(:)
-      integer :: cases = 0 !< of loads and supports, beside the first, which has no name
+      integer :: cases = 0 !< factors of loads and supports, beside that of the first case, which has no name
+      type(follower_t), allocatable :: followers(:) !< those of them that follow tables; unallocated: none
    end type structure_t
 
 contains

@@ -11,6 +11,7 @@ module finshell_support
    use finshell_status, only: status_invalid_argument
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_load_factor, by_constant_factor
+   use finshell_span, only: span_t
    implicit none
    private
    public :: support_t, node_support_t
@@ -32,6 +33,7 @@ module finshell_support
       !> held, a rotation vector.
       real(wp) :: value(n_nodal) = 0
       integer :: scaling = by_load_factor !< what scales the values (finshell_factor)
+      type(span_t) :: span !< steps in which it is there
       real(wp) :: normal(3) = 0 !< support_symmetry: normal of the plane, any length
       integer :: axes_kind = axes_global
       real(wp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]) !< axes_given: orthonormal columns

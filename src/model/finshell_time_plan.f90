@@ -2,6 +2,7 @@
 !> of the step.
 module finshell_time_plan
    use finshell_kinds, only: wp
+   use finshell_table, only: table_t
    implicit none
    private
    public :: time_plan_t
@@ -10,13 +11,15 @@ module finshell_time_plan
       real(wp) :: duration = 0
       !> Load factors at times, ascending; between them it goes along a straight line, or smoothly, and keeps the last. Where the
       !> first time is not 0 it begins at the factor that the step finds. Unallocated: `constant` from the beginning.
-      real(wp), allocatable :: times(:), factors(:)
+      type(table_t), allocatable :: table
       real(wp) :: constant = 1
-      logical :: smooth = .false. !< along 3 s^2 - 2 s^3: rates of the factor are zero at the given times
+      real(wp), allocatable :: stops(:) !< other times to land on, where something else has a corner
       real(wp), allocatable :: output_times(:) !< ascending
       real(wp) :: output_interval = 0 !< and multiples of this; 0: none
    contains
       procedure :: factor
+      procedure :: factor_rates
+      procedure :: begun
       procedure :: next_landing
       procedure :: is_output
    end type time_plan_t
@@ -30,24 +33,38 @@ contains
       class(time_plan_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), intent(in) :: at_start !< the load factor that the step has found
-      real(wp) :: factor, before, since, part
-      integer :: i
+      real(wp) :: factor
+      type(table_t) :: table
       factor = self%constant
-      if (.not. allocated(self%times)) return
-      before = at_start
-      since = 0
-      do i = 1, size(self%times)
-         if (time < self%times(i)) then
-            part = (time - since)/(self%times(i) - since)
-            if (self%smooth) part = part**2*(3 - 2*part)
-            factor = before + part*(self%factors(i) - before)
-            return
-         end if
-         before = self%factors(i)
-         since = self%times(i)
-      end do
-      factor = before
+      if (.not. allocated(self%table)) return
+      table = self%begun(at_start)
+      factor = table%value(time)
    end function factor
+
+   !> First and second derivative of the load factor with respect to time; at a corner those of what comes before it or, with
+   !> `after`, behind it.
+   pure function factor_rates(self, time, at_start, after) result(rates)
+      class(time_plan_t), intent(in) :: self
+      real(wp), intent(in) :: time, at_start !< see `factor`
+      logical, intent(in) :: after
+      real(wp) :: rates(2)
+      type(table_t) :: table
+      rates = 0
+      if (.not. allocated(self%table)) return
+      table = self%begun(at_start)
+      rates = table%rates(time, after)
+   end function factor_rates
+
+   !> The table, from the load factor that the step has found on; there must be one.
+   pure function begun(self, at_start) result(table)
+      class(time_plan_t), intent(in) :: self
+      real(wp), intent(in) :: at_start
+      type(table_t) :: table
+      table = self%table
+      if (.not. table%x(1) > 0) return
+      table%x = [0.0_wp, table%x]
+      table%y = [at_start, table%y]
+   end function begun
 
    !> The first time after this one at which an increment has to end: output, a corner of the load factor, or the end of the step.
    pure real(wp) function next_landing(self, time)
@@ -56,7 +73,8 @@ contains
       real(wp) :: after
       after = time + rounding*self%duration
       next_landing = self%duration
-      if (allocated(self%times)) next_landing = min(next_landing, minval(self%times, mask=self%times > after))
+      if (allocated(self%table)) next_landing = min(next_landing, minval(self%table%x, mask=self%table%x > after))
+      if (allocated(self%stops)) next_landing = min(next_landing, minval(self%stops, mask=self%stops > after))
       if (allocated(self%output_times)) next_landing = min(next_landing, minval(self%output_times, mask=self%output_times > after))
       if (self%output_interval > 0) next_landing = min(next_landing, self%output_interval*(1 + floor(after/self%output_interval)))
    end function next_landing

@@ -56,7 +56,12 @@ contains
             call object_to_snap(tracker, problem, step%scaling, attempt, result, x, text, verdict)
          end if
       end if
-      if (tracker%history%count == 0) return
+      if (tracker%history%count == 0 .or. text /= '') return
+      if (tracker%kinked) then
+         if (problem%change(step%scaling)*tracker%history%factor(1) < 0) &
+            text = 'the increment would turn back at the corner of a table'
+         return
+      end if
       length = arc_norm(x, problem%field, 0.0_wp, 0.0_wp)
       old = arc_norm(tracker%history%vector(:, 1), problem%field, 0.0_wp, 0.0_wp)
       if (.not. (length > 0 .and. old > 0)) return

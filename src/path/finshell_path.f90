@@ -10,10 +10,10 @@ module finshell_path
    use finshell_kinds, only: wp, dp
    use finshell_status, only: status_not_converged
    use finshell_error, only: error_t, raise, text_of
-   use finshell_factor, only: factor_at, by_constant_factor
+   use finshell_factor, only: by_constant_factor, by_load_factor, by_release, corners, factor_at
    use finshell_problem, only: problem_t
    use finshell_step, only: step_t, control_load, control_arc_length, control_volume, &
-      snap_mark, snap_refuse, constant_ramp
+      snap_mark, snap_refuse, ramp_before
    use finshell_control, only: arc_norm, control_vector
    use finshell_newton, only: newton_result_t
    use finshell_next_size, only: adapt, fall_back
@@ -23,7 +23,8 @@ module finshell_path
    use finshell_stability, only: stability_t, find_stability, bifurcation_point, limit_and_bifurcation
    use finshell_locate, only: mark, location_t
    use finshell_caution, only: objection, at_fold, fold_text
-   use finshell_balance, only: verdict_t
+   use finshell_balance, only: tangent_t, verdict_t
+   use finshell_predictor, only: history_t
    use finshell_diagnosis, only: failure_t, failure_text, crawls_to_limit, where_text
    use finshell_progress, only: progress_t, continues
    use finshell_stabilisation, only: stabiliser_t
@@ -42,10 +43,13 @@ module finshell_path
       type(progress_t) :: progress
       type(targets_t) :: targets !< of the step under way
       integer :: done = 0 !< its increments
-      logical :: underway = .false., ramping = .false. !< it can go on from here; it is the one that brings in constant loads
+      logical :: underway = .false. !< it can go on from here
+      integer :: ramping = by_load_factor !< the factor that its increments change: its own, or that of a ramp before it
    contains
       procedure :: follow
-      procedure, private :: bring_in_constants
+      procedure :: begin_anew
+      procedure :: ramps_before
+      procedure, private :: ramp
       procedure, private :: advance
       procedure, private :: settle
    end type path_t
@@ -67,16 +71,18 @@ contains
       type(error_t), allocatable, intent(out) :: error
       logical, intent(in), optional :: resume !< the path was under way (finshell_path_memory): it goes on where the problem stands
       type(targets_t) :: targets
-      logical :: again, ramps
+      logical :: again
+      integer :: ramping
 
       again = .false.
       if (present(resume)) again = resume
-      ramps = again .and. self%ramping
-      again = again .and. .not. ramps
+      ramping = by_load_factor
+      if (again) ramping = self%ramping
+      again = again .and. ramping == by_load_factor
       if (self%started < 0) call cpu_time(self%started)
       if (allocated(problem%state%velocity)) deallocate (problem%state%velocity, problem%state%acceleration)
       call problem%accept()
-      if (.not. again) call self%bring_in_constants(problem, step, observer, error, ramps)
+      if (.not. again) call self%ramps_before(problem, step, observer, error, ramping)
       if (allocated(error)) return
       if (allocated(step%volumes)) then
          call problem%watch_volume(error, step%element_set)
@@ -94,7 +100,8 @@ contains
          call self%advance(problem, step, targets, observer, error, self%done)
          return
       end if
-      call new_targets(targets, step, problem%state%load_factor, monitored(problem, problem%state), error)
+      call new_targets(targets, step, problem%state%load_factor, monitored(problem, problem%state), error, &
+                       corners(problem%state, step%scaling))
       if (allocated(error)) return
       self%substitute = .false.
       self%bifurcations = 0
@@ -113,6 +120,7 @@ contains
          self%size = self%history%length(1)
       else
          call self%history%forget()
+         self%kinked = .false.
          self%tangent%known = .false.
          self%stability%sense = 0 ! a step may go back the way the one before has come
          self%size = targets%first_size
@@ -123,34 +131,63 @@ contains
       call self%advance(problem, step, targets, observer, error)
    end subroutine follow
 
-   !> Raise the factor of constant loads and supports to 1, under load control, before the first step.
-   subroutine bring_in_constants(self, problem, step, observer, error, resumes)
+   !> What comes before a step, under load control: let go what is to be let go, and raise the factor of constant loads and supports
+   !> to 1.
+   subroutine ramps_before(self, problem, step, observer, error, underway)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       class(observer_t), intent(inout) :: observer
       type(error_t), allocatable, intent(out) :: error
+      integer, intent(in), optional :: underway !< the factor of the ramp that a run goes on with; by_load_factor: none
+      integer :: ramping
+      ramping = by_load_factor
+      if (present(underway)) ramping = underway
+      if (problem%state%release_factor > 0) call self%ramp(problem, step, by_release, observer, error, ramping == by_release)
+      if (allocated(error)) return
+      if (ramping == by_constant_factor .or. (problem%has_constants .and. problem%state%constant_factor < 1)) &
+         call self%ramp(problem, step, by_constant_factor, observer, error, ramping == by_constant_factor)
+   end subroutine ramps_before
+
+   subroutine ramp(self, problem, step, scaling, observer, error, resumes)
+      class(path_t), intent(inout) :: self
+      class(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step !< that comes after it
+      integer, intent(in) :: scaling !< the factor that it changes
+      class(observer_t), intent(inout) :: observer
+      type(error_t), allocatable, intent(out) :: error
       logical, intent(in) :: resumes !< it was under way
-      type(step_t) :: ramp
       type(targets_t) :: targets
 
+      if (allocated(problem%watched)) deallocate (problem%watched)
       if (resumes) then
          targets = self%targets
-         call self%advance(problem, constant_ramp(step), targets, observer, error, self%done)
+         call self%advance(problem, ramp_before(step, scaling), targets, observer, error, self%done)
+      else
+         call new_targets(targets, ramp_before(step, scaling), factor_at(problem%state, scaling), 0.0_wp, error)
          call self%history%forget()
-         return
+         self%kinked = .false.
+         self%tangent%known = .false.
+         self%stability%sense = 0
+         self%size = targets%first_size
+         if (.not. allocated(error)) call self%progress%begin(problem%state)
+         if (.not. allocated(error)) call self%advance(problem, ramp_before(step, scaling), targets, observer, error)
       end if
-      if (.not. problem%has_constants .or. problem%state%constant_factor >= 1) return
-      ramp = constant_ramp(step)
-      call new_targets(targets, ramp, problem%state%constant_factor, 0.0_wp, error)
       call self%history%forget()
-      self%tangent%known = .false.
-      self%stability%sense = 0
-      self%size = targets%first_size
-      if (.not. allocated(error)) call self%progress%begin(problem%state)
-      if (.not. allocated(error)) call self%advance(problem, ramp, targets, observer, error)
-      call self%history%forget()
-   end subroutine bring_in_constants
+   end subroutine ramp
+
+   !> The equations have been numbered anew: vectors over them mean nothing any more.
+   pure subroutine begin_anew(self)
+      class(path_t), intent(inout) :: self
+      self%history = history_t()
+      self%tangent = tangent_t()
+      self%stability = stability_t()
+      self%underway = .false.
+      self%kinked = .false.
+      if (allocated(self%branch)) deallocate (self%branch)
+      if (allocated(self%refused)) deallocate (self%refused)
+      if (allocated(self%overshoot)) deallocate (self%overshoot)
+   end subroutine begin_anew
 
    !> Increment after increment until the targets are reached.
    subroutine advance(self, problem, step, targets, observer, error, before)
@@ -259,12 +296,13 @@ contains
          record%misfit = verdict%misfit
          call self%settle(problem, step, targets, attempt, result, record)
          self%stability = after
+         if (self%kinked) self%stability%sense = 0
          if (record%located .and. any(record%event == [bifurcation_point, limit_and_bifurcation])) &
             call self%pass_bifurcation(problem, step, place%vector)
          done = done + 1
          self%targets = targets
          self%done = done
-         self%ramping = step%scaling == by_constant_factor
+         self%ramping = step%scaling
          self%underway = .true.
          call observer%increment(problem%state, self%last, error)
          if (allocated(error)) return
@@ -326,6 +364,7 @@ contains
       self%leaping = .false.
       missed = self%hampered .and. record%cuts > 0
       call self%remember(problem, step, attempt, result, missed, x, change, moved, length)
+      call self%turn_corner(targets, factor_at(problem%state, step%scaling))
       call self%stabiliser%calibrate(problem, step%scaling, change)
       self%rough = attempt%descends .and. result%regularised > 0
       self%hampered = record%cuts > 0

@@ -237,6 +237,7 @@ contains
    !> The trial state is an equilibrium state: start the next increment from it.
    subroutine accept(self)
       class(problem_t), intent(inout) :: self
+      self%state%leaves = .true.
       self%base = self%state
       call self%keep_base()
    end subroutine accept

@@ -11,13 +11,14 @@ module finshell_targets
 
    type :: targets_t
       real(wp), allocatable :: level(:), value(:)
+      real(wp), allocatable :: corner(:) !< factors at which tables of what follows have corners: to land on whichever way they are passed
       integer :: at_level = 1, at_value = 1 !< the next ones
       logical :: ends_at_level = .true., ends_at_value = .false.
       logical :: of_volume = .false. !< the values are volumes
       real(wp) :: first_size = 0, largest_size = 0, smallest_size = 0 !< magnitudes, in the measure of the control
       real(wp) :: sense = 1 !< of the load factor in the first increment
    contains
-      procedure :: has_level, has_value, next_level, next_value, pass, reached, distance
+      procedure :: has_level, has_value, next_level, next_value, pass, reached, distance, corner_at, passed_corner, way_to_stop
    end type targets_t
 
    real(wp), parameter :: rounding = 1.0e-10_wp !< relative to the way of the step
@@ -25,11 +26,12 @@ module finshell_targets
 contains
 
    !> The targets of a step that begins at a load factor and a monitored value. Errors: settings that lead nowhere.
-   subroutine new_targets(self, step, factor, monitored, error)
+   subroutine new_targets(self, step, factor, monitored, error, corners)
       type(targets_t), intent(out) :: self
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: factor, monitored
       type(error_t), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: corners(:) !< of what follows the factor
       real(wp) :: way
       character(len=:), allocatable :: name
 
@@ -73,6 +75,8 @@ contains
          call raise(error, status_invalid_argument, name//': load control needs a final load factor')
          return
       end if
+      allocate (self%corner(0))
+      if (present(corners)) self%corner = corners
       if (step%control == control_load) call check_way(name, self%level, factor, 'load factor', error)
       if (prescribes_monitored(step%control)) &
          call check_way(name, self%value, monitored, merge('volume      ', 'displacement', self%of_volume), error)
@@ -92,8 +96,42 @@ contains
       self%smallest_size = abs(step%smallest_increment)
       if (.not. self%smallest_size > 0) self%smallest_size = 1.0e-6_wp*abs(way)
       if (.not. self%first_size > 0) self%first_size = 1
+      if (step%control == control_load) call add_corners(self, factor)
       call self%pass(factor, monitored)
    end subroutine new_targets
+
+   !> A prescribed load factor passes the corners on its way as it does its levels.
+   subroutine add_corners(self, start)
+      class(targets_t), intent(inout) :: self
+      real(wp), intent(in) :: start
+      real(wp), allocatable :: merged(:)
+      real(wp) :: from, last
+      integer :: i
+      allocate (merged(0))
+      from = start
+      last = self%level(size(self%level))
+      do i = 1, size(self%level)
+         do
+            if (.not. any(ahead(self%corner, from, self%level(i)))) exit
+            if (self%level(i) > from) from = minval(self%corner, mask=ahead(self%corner, from, self%level(i)))
+            if (.not. self%level(i) > from) from = maxval(self%corner, mask=ahead(self%corner, from, self%level(i)))
+            merged = [merged, from]
+         end do
+         from = self%level(i)
+         merged = [merged, from]
+      end do
+      self%level = merged
+
+   contains
+
+      !> Between two values, and not as good as one of them.
+      elemental logical function ahead(x, from, to)
+         real(wp), intent(in) :: x, from, to
+         real(wp) :: near
+         near = rounding*max(abs(last), abs(start))
+         ahead = (x - from)*(to - x) > 0 .and. abs(x - from) > near .and. abs(to - x) > near
+      end function ahead
+   end subroutine add_corners
 
    !> Refuse values that a prescribed quantity could meet only by turning round.
    subroutine check_way(name, values, start, quantity, error)
@@ -133,6 +171,49 @@ contains
       real(wp) :: value
       value = self%value(self%at_value)
    end function next_value
+
+   !> The corner at a factor, to rounding; without one the factor itself.
+   pure real(wp) function corner_at(self, factor) result(x)
+      class(targets_t), intent(in) :: self
+      real(wp), intent(in) :: factor
+      integer :: i
+      x = factor
+      do i = 1, size(self%corner)
+         if (is_near(self%corner(i), factor)) x = self%corner(i)
+      end do
+   end function corner_at
+
+   !> The first corner that an increment has passed; where it ended if there is none.
+   pure real(wp) function passed_corner(self, from, to) result(x)
+      class(targets_t), intent(in) :: self
+      real(wp), intent(in) :: from, to !< factors
+      integer :: i
+      x = to
+      do i = 1, size(self%corner)
+         if (is_near(self%corner(i), from) .or. is_near(self%corner(i), to)) cycle
+         if ((self%corner(i) - from)*(x - self%corner(i)) > 0) x = self%corner(i)
+      end do
+   end function passed_corner
+
+   !> From a load factor to the next level or corner that it meets as it changes; huge where there is none.
+   pure real(wp) function way_to_stop(self, factor, change) result(way)
+      class(targets_t), intent(in) :: self
+      real(wp), intent(in) :: factor, change
+      integer :: i
+      way = huge(way)
+      if (self%has_level()) then
+         if ((self%next_level() - factor)*change > 0) way = self%next_level() - factor
+      end if
+      do i = 1, size(self%corner)
+         if (is_near(self%corner(i), factor) .or. .not. (self%corner(i) - factor)*change > 0) cycle
+         if (abs(self%corner(i) - factor) < abs(way)) way = self%corner(i) - factor
+      end do
+   end function way_to_stop
+
+   elemental logical function is_near(a, b)
+      real(wp), intent(in) :: a, b
+      is_near = abs(a - b) <= rounding*max(abs(a), abs(b))
+   end function is_near
 
    !> Tick off what has been reached.
    pure subroutine pass(self, factor, monitored)

@@ -53,6 +53,7 @@ module finshell_tracker
       !> So far the path is that of a stable structure, found by Newton's method, not by rounding.
       logical :: smooth = .true.
       logical :: young = .false. !< the last increment began a branch
+      logical :: kinked = .false. !< it ended at a corner of a table: the path has a kink there
       real(wp), allocatable :: branch(:) !< the next increment leaves the path along this vector
       integer :: bifurcations = 0 !< located in this step
       type(stabiliser_t) :: stabiliser
@@ -72,6 +73,7 @@ module finshell_tracker
       procedure :: keep_increment
       procedure :: pass_bifurcation
       procedure :: remember
+      procedure :: turn_corner
       procedure :: may_start_softly
       procedure :: may_descend
       procedure :: may_fall_back
@@ -168,7 +170,7 @@ contains
       logical, intent(in) :: no_landing
       type(attempt_t) :: attempt
       real(wp), allocatable :: x(:)
-      real(wp) :: change, size, factor
+      real(wp) :: change, size, factor, way
       logical :: known
 
       size = self%size
@@ -197,16 +199,16 @@ contains
          attempt%size = toward(size, factor, targets%next_level())
          return
       end select
-      if (no_landing .or. .not. targets%has_level()) return
+      if (no_landing .or. self%kinked) return
 
-      ! Would the extrapolated path arrive at the next load level? Then prescribe the level.
+      ! Would the extrapolated path arrive at the next load level, or corner? Then prescribe it.
       allocate (x(problem%n))
       call self%history%predict(attempt%control, attempt%size, x, change, known)
       if (.not. known) return
-      if ((targets%next_level() - factor)*change <= 0) return
-      if (abs(change) < 0.85_wp*abs(targets%next_level() - factor)) return
+      way = targets%way_to_stop(factor, change)
+      if (abs(change) < 0.85_wp*abs(way)) return
       attempt%control = control_load
-      attempt%size = targets%next_level() - factor
+      attempt%size = way
       attempt%landing = .true.
    end function plan
 
@@ -238,6 +240,7 @@ contains
       if (attempt%control == control_load) then
          constraint%target = factor_at(problem%base, step%scaling) + attempt%size
          if (targets%has_level()) constraint%target = snapped(constraint%target, targets%next_level(), attempt%size)
+         constraint%target = targets%corner_at(constraint%target)
       else if (prescribes_monitored(attempt%control)) then
          constraint%target = monitored(problem, problem%base) + attempt%size
          if (targets%has_value()) constraint%target = snapped(constraint%target, targets%next_value(), attempt%size)
@@ -256,7 +259,7 @@ contains
          x = attempt%interpolate*self%overshoot
          change = attempt%interpolate*self%overshoot_change
          known = .true.
-      else if (step%extrapolate .and. .not. (attempt%descends .or. attempt%relaxes)) then
+      else if (step%extrapolate .and. .not. (self%kinked .or. attempt%descends .or. attempt%relaxes)) then
          call self%history%predict(attempt%control, attempt%size, x, change, known, attempt%along, attempt%chord)
       end if
       if (known) then
@@ -269,6 +272,9 @@ contains
             scale = scale*step%convergence%rotation_limit/angle
          attempt%predicted = scale*x
          call problem%move(attempt%predicted, scale*change, scaling=step%scaling)
+      else if (attempt%control == control_arc_length .and. self%kinked) then
+         ! behind a corner the factor goes on as it came: the other way is that from which the path has come
+         constraint%sense = sign(1.0_wp, self%history%factor(1))
       else if (attempt%control == control_arc_length) then
          constraint%previous = self%history%vector(:, 1)
          constraint%previous_change = self%history%factor(1)
@@ -302,7 +308,7 @@ contains
       type(targets_t), intent(in) :: targets
       type(attempt_t), intent(inout) :: attempt
       logical, intent(out) :: overshot
-      real(wp) :: factor, value, old_factor, old_value, level_part, value_part
+      real(wp) :: factor, value, old_factor, old_value, level_part, value_part, corner, corner_part
 
       factor = factor_at(problem%state, step%scaling)
       value = monitored(problem, problem%state)
@@ -314,13 +320,20 @@ contains
          level_part = fraction_passed(old_factor, factor, targets%next_level())
       if (targets%has_value() .and. .not. prescribes_monitored(attempt%control)) &
          value_part = fraction_passed(old_value, value, targets%next_value())
-      overshot = min(level_part, value_part) < 1
+      corner_part = 2
+      corner = factor
+      if (attempt%control /= control_load) corner = targets%passed_corner(old_factor, factor)
+      if (abs(corner - factor) > 0) corner_part = fraction_passed(old_factor, factor, corner)
+      overshot = min(level_part, value_part, corner_part) < 1
       if (.not. overshot) return
       call self%keep_increment(problem, step%scaling)
       call problem%restore()
       attempt%landing = .true.
-      attempt%interpolate = min(level_part, value_part)
-      if (level_part <= value_part) then
+      attempt%interpolate = min(level_part, value_part, corner_part)
+      if (corner_part < min(level_part, value_part)) then
+         attempt%control = control_load
+         attempt%size = corner - old_factor
+      else if (level_part <= value_part) then
          attempt%control = control_load
          attempt%size = targets%next_level() - old_factor
       else
@@ -344,9 +357,10 @@ contains
       integer :: k
       seen = x
       call problem%transport(seen)
-      do k = 1, self%history%count
+      do k = 1, merge(0, self%history%count, self%kinked)
          call problem%transport(self%history%vector(:, k))
       end do
+      if (self%kinked) call self%history%forget()
       call self%history%remember(seen, change, moved, length)
       self%smooth = self%smooth .and. problem%negative_pivots == 0 .and. .not. missed &
                     .and. .not. (attempt%descends .or. attempt%relaxes .or. result%rounding) &
@@ -360,6 +374,17 @@ contains
       call self%history%point(self%tangent%x, rate, arc_norm(self%tangent%x, problem%field, 1.0_wp, self%load_weight), &
                               arc_product(x, self%tangent%x, problem%field) + self%load_weight*change)
    end subroutine remember
+
+   !> Where the increment that has just converged has led to a corner of a table, nothing of the path before it says how it goes on.
+   pure subroutine turn_corner(self, targets, factor)
+      class(tracker_t), intent(inout) :: self
+      type(targets_t), intent(in) :: targets
+      real(wp), intent(in) :: factor
+      self%kinked = any(abs(targets%corner - factor) <= 0)
+      if (.not. self%kinked) return
+      self%tangent%known = .false.
+      self%history%has_tangent = .false.
+   end subroutine turn_corner
 
    !> At a located bifurcation point: if it is the one where the step asks for it, the next increment goes along the null vector.
    subroutine pass_bifurcation(self, problem, step, null_vector)

@@ -77,6 +77,16 @@ CASES = """&job name = 'r' /
 &monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'centre' /
 """
 
+STAGES = CASES.replace("type = 'hinged' /", "type = 'hinged' until_step = 3 /\n&support node_set = 'rim' fixed = 'uz' from_step = 4 /", 1).replace(
+    "uz = -1.0 case = 'stamp' /", "uz = -1.0 case = 'stamp' from_step = 2 /").replace("-0.01 /", "-0.01 amplitude = 'a' /") \
+    + "&amplitude name = 'a' points = 0, 0.1, 0.4, 0.2, 0.7, 1, 1, 1 /\n"
+TURNED = SHEET + MONITOR + """&support node_set = 'edge_x1' fixed = 'ux', 'uy', 'rx', 'rz' uz = 0.5 ry = 0.3 case = 'more' from_step = 2 until_step = 2 /
+&load type = 'traction' vector = 0, 0, -0.001 from_step = 3 /
+&step load_factor = 1.0 first_increment = 0.4 /
+&step case = 'more' first_increment = 0.3 /
+&step load_factor = 1.5 first_increment = 0.2 control = 'arc_length' /
+"""
+
 
 class Restart(unittest.TestCase):
     def setUp(self):
@@ -112,7 +122,7 @@ class Restart(unittest.TestCase):
             np.testing.assert_array_equal(found, expected)
 
     def test_every_increment(self):
-        for text in (MIXED, SNAPPING, CHAMBER, CASES):
+        for text in (MIXED, SNAPPING, CHAMBER, CASES, STAGES, TURNED):
             with self.subTest(text=text):
                 output = "&output restart = 'every' /\n"
                 self.solve(text + output, "whole", "-q")

@@ -21,8 +21,10 @@ module finshell_input
    use finshell_input_solver, only: solver_choice_t, read_solver
    use finshell_input_support, only: read_supports, check_supports
    use finshell_factor, only: by_constant_factor
-   use finshell_input_case, only: find_cases, name_t
+   use finshell_input_case, only: find_scales, name_t, scales_t
    use finshell_input_initial_velocity, only: add_initial_velocity
+   use finshell_imperfection, only: imperfection_t
+   use finshell_input_imperfection, only: modes_end, read_imperfections
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
@@ -33,7 +35,8 @@ module finshell_input
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node, node_set, element_set, material, section, support, load, step, initial_velocity, monitor, output, accuracy'
+      'job, mesh, node, node_set, element_set, material, section, support, load, amplitude, step, initial_velocity, imperfection, ' &
+      //'monitor, output, accuracy'
 
    !> All that an input file says.
    type :: input_t
@@ -46,13 +49,15 @@ module finshell_input
       type(preset_t) :: preset !< of what is not given
       type(structure_t) :: structure
       type(step_t), allocatable :: steps(:)
-      type(name_t), allocatable :: cases(:) !< of loads and supports
+      type(scales_t) :: scales !< of loads and supports
+      type(name_t), allocatable :: factors(:) !< names of their factors
       integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
       real(wp), allocatable :: velocity(:, :) !< (n_nodal, nodes) and spins at the beginning of the first step in time
       type(monitor_t), allocatable :: monitors(:)
       type(output_t) :: output
       type(accuracy_t), allocatable :: accuracy !< unallocated: the mesh stays as it is
       type(normals_choice_t) :: normals
+      type(imperfection_t), allocatable :: imperfections(:)
    end type input_t
 
 contains
@@ -238,9 +243,9 @@ contains
       integer, allocatable :: last(:), where_they_are(:)
       integer :: i
 
-      call find_cases(namelist, input%cases, error)
-      input%structure%cases = size(input%cases)
-      call read_supports(namelist, input%structure%mesh, input%cases, supports, last, where_they_are, error)
+      call find_scales(namelist, input%scales, error)
+      if (allocated(error)) return
+      call read_supports(namelist, input%structure%mesh, input%scales, supports, last, where_they_are, error)
       if (allocated(error)) return
       call move_alloc(supports, input%structure%supports)
       call check_supports(namelist%groups(where_they_are), last, input%structure%mesh, input%structure%supports, input%file, error)
@@ -263,22 +268,28 @@ contains
       do i = 1, size(namelist%groups)
          select case (namelist%groups(i)%name)
          case ('load')
-            call read_load(namelist%groups(i), input%structure, input%cases, error)
+            call read_load(namelist%groups(i), input%structure, input%scales, error)
             input%load_lines = [input%load_lines, namelist%groups(i)%line]
          case ('step')
             n = n + 1
-            call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%cases, input%preset, &
+            call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%scales, input%preset, &
                            input%steps(n), error)
             input%step_lines = [input%step_lines, namelist%groups(i)%line]
          end select
          if (allocated(error)) return
       end do
+      input%factors = [input%scales%cases, input%scales%names]
+      input%structure%cases = size(input%factors)
+      if (size(input%scales%followers) > 0) input%structure%followers = input%scales%followers
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'initial_velocity') cycle
          call add_initial_velocity(namelist%groups(i), input%structure%mesh, input%steps, input%velocity, error)
          if (allocated(error)) return
       end do
-      call check_ways(namelist, input%steps, any(input%structure%loads%scaling == by_constant_factor) &
+      call read_imperfections(namelist, folder_of(input%file), input%structure, input%steps, input%imperfections, error)
+      if (allocated(error)) return
+      call check_ways(namelist, input%steps, modes_end(input%imperfections), &
+                      any(input%structure%loads%scaling == by_constant_factor) &
                       .or. any(input%structure%supports%scaling == by_constant_factor), error)
    end subroutine translate_loads_and_steps
 

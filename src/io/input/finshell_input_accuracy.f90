@@ -85,7 +85,9 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       integer :: i
       if (structure%cases > 0) then
-         call complain_about(group, '', 'loads and supports have cases, which cannot go on from mesh to mesh', error)
+         call complain_about(group, '', 'loads and supports have cases or amplitudes, which cannot go on from mesh to mesh', error)
+      else if (.not. (all(structure%loads%span%is_whole()) .and. all(structure%supports%span%is_whole()))) then
+         call complain_about(group, '', 'loads or supports come or go between steps, which cannot go on from mesh to mesh', error)
       else if (any(is_mode(steps%control))) then
          call complain_about(group, '', 'modes have no estimate of their error; finshell study refines their meshes', error)
       else if (any(is_in_time(steps%control))) then

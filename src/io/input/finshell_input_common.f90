@@ -161,7 +161,7 @@ contains
          "'"//name//"' is no name; a name is made of letters, digits, _ - and .", error)
    end subroutine check_name
 
-   !> A file of lines with the three numbers of one thing (an element, a node) or several, separated by blanks; # begins a comment.
+   !> A file of lines with the three numbers of one thing (an element, a node) or several, separated by blanks or commas; # begins a comment.
    !> Errors name key, file and line.
    subroutine read_vector_file(group, key, file, thing, number, vectors, error)
       type(group_t), intent(in) :: group
@@ -182,6 +182,9 @@ contains
          return
       end if
       text = text//achar(10)
+      do at = 1, len(text)
+         if (text(at:at) == ',') text(at:at) = ' '
+      end do
       line = 1
       found = 0
       at = 1

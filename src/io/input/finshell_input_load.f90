@@ -2,7 +2,7 @@
 module finshell_input_load
    use finshell_error, only: error_t, text_of
    use finshell_factor, only: unscaled
-   use finshell_input_case, only: get_scaling, name_t
+   use finshell_input_case, only: get_scaling, get_span, scales_t
    use finshell_kinds, only: wp
    use finshell_load, only: load_t, load_nodal
    use finshell_load, only: pressure_automatic, pressure_symmetric, pressure_unsymmetric
@@ -19,10 +19,10 @@ module finshell_input_load
 contains
 
    !> &load: append one load. The sections of the structure must be there (density).
-   subroutine read_load(group, structure, cases, error)
+   subroutine read_load(group, structure, scales, error)
       type(group_t), intent(inout) :: group
       type(structure_t), intent(inout) :: structure
-      type(name_t), intent(in) :: cases(:)
+      type(scales_t), intent(inout) :: scales
       type(error_t), allocatable, intent(inout) :: error
       type(load_t) :: load
       type(load_t), allocatable :: grown(:)
@@ -36,8 +36,9 @@ contains
       if (kind_name == 'foundation') then
          load%scaling = unscaled
       else
-         call get_scaling(group, cases, load%scaling, error)
+         call get_scaling(group, scales, load%scaling, error)
       end if
+      call get_span(group, scales, load%span, error)
       select case (kind_name)
       case ('force', 'moment')
          load%kind = load_nodal

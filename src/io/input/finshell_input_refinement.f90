@@ -8,7 +8,7 @@ module finshell_input_refinement
    use finshell_input_preset, only: preset_t
    use finshell_input_normals, only: apply_normals, crease_edges, normals_choice_t
    use finshell_input_sets, only: read_element_set, read_node_set
-   use finshell_input_case, only: find_cases, name_t
+   use finshell_input_case, only: find_scales, scales_t
    use finshell_input_support, only: read_supports
    use finshell_kinds, only: wp
    use finshell_memory, only: lack_of_memory
@@ -165,14 +165,14 @@ contains
       type(mesh_t), intent(inout) :: own !< refined, with the sets that it has of itself
       type(error_t), allocatable, intent(inout) :: error
       type(structure_t) :: before
-      type(name_t), allocatable :: cases(:)
+      type(scales_t) :: scales
       integer, allocatable :: crease(:, :), last(:), groups(:)
 
       if (.not. allocated(error)) call check_levels(group, levels, size(bare%coordinates, 2), error)
       if (allocated(error)) return
       before%mesh = mesh
-      call find_cases(namelist, cases, error)
-      call read_supports(namelist, mesh, cases, before%supports, last, groups, error)
+      call find_scales(namelist, scales, error)
+      call read_supports(namelist, mesh, scales, before%supports, last, groups, error)
       if (.not. allocated(error)) call apply_normals(group, folder, normals, before, error)
       if (.not. allocated(error)) call crease_edges(group, normals, mesh, crease, error)
       if (allocated(error)) return

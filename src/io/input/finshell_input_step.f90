@@ -12,7 +12,7 @@ module finshell_input_step
    use finshell_namelist, only: get_number_or_switch, group_t, get, has, check_all_used, complain_about
    use finshell_input_preset, only: preset_t
    use finshell_input_time_step, only: read_time_step
-   use finshell_input_case, only: get_case, name_t
+   use finshell_input_case, only: get_case, scales_t
    use finshell_input_common, only: get_set, get_component, kind_node, kind_element
    implicit none
    private
@@ -24,11 +24,11 @@ module finshell_input_step
 contains
 
    !> &step: how the path is followed. The defaults are those of finshell_step.
-   subroutine read_step(group, mesh, default_name, cases, preset, step, error)
+   subroutine read_step(group, mesh, default_name, scales, preset, step, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
       character(len=*), intent(in) :: default_name
-      type(name_t), intent(in) :: cases(:)
+      type(scales_t), intent(in) :: scales
       type(preset_t), intent(inout) :: preset
       type(step_t), intent(out) :: step
       type(error_t), allocatable, intent(inout) :: error
@@ -36,7 +36,7 @@ contains
 
       if (allocated(error)) return
       call get(group, 'name', step%name, error, default=default_name)
-      call get_case(group, cases, step%case, error)
+      call get_case(group, scales%cases, step%case, error)
       call get(group, 'control', control, error, default='load', &
          choices='load, displacement, arc_length, volume, relax, dynamic, explicit, linear, buckling, frequencies')
       if (allocated(error)) return
@@ -58,7 +58,7 @@ contains
          return
       end if
       if (is_in_time(step%control)) then
-         call read_time_step(group, step, error)
+         call read_time_step(group, scales%amplitudes, step, error)
          call read_increment_sizes(group, step, error)
          if (step%control == control_dynamic) call read_convergence(group, preset, step%convergence, error)
       else

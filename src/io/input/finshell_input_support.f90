@@ -2,13 +2,14 @@
 module finshell_input_support
    use finshell_kinds, only: wp
    use finshell_freedoms, only: n_nodal
-   use finshell_error, only: error_t, raise
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_factor, only: by_constant_factor
    use finshell_equations, only: equations_t, new_equations
    use finshell_mesh, only: mesh_t
    use finshell_rotation, only: cross_product
    use finshell_support, only: support_t, support_components, support_clamp, support_hinge, support_symmetry
    use finshell_support, only: axes_given, axes_cylindrical
-   use finshell_input_case, only: get_scaling, name_t
+   use finshell_input_case, only: get_scaling, get_span, scales_t
    use finshell_namelist, only: group_t, namelist_t, get, get_strings, has, check_all_used, complain_about
    use finshell_input_common, only: get_sets, get_vector, place_error, kind_node
    implicit none
@@ -23,10 +24,10 @@ module finshell_input_support
 contains
 
    !> All groups &support.
-   subroutine read_supports(namelist, mesh, cases, supports, last, groups, error)
+   subroutine read_supports(namelist, mesh, scales, supports, last, groups, error)
       type(namelist_t), intent(inout) :: namelist
       type(mesh_t), intent(in) :: mesh
-      type(name_t), intent(in) :: cases(:)
+      type(scales_t), intent(inout) :: scales
       type(support_t), allocatable, intent(out) :: supports(:)
       integer, allocatable, intent(out) :: last(:) !< of the supports of each group
       integer, allocatable, intent(out) :: groups(:) !< where they are in the namelist
@@ -36,17 +37,17 @@ contains
       groups = pack([(i, i=1, size(namelist%groups))], [(namelist%groups(i)%name == 'support', i=1, size(namelist%groups))])
       allocate (supports(0), last(size(groups)))
       do i = 1, size(groups)
-         call read_support(namelist%groups(groups(i)), mesh, cases, supports, error)
+         call read_support(namelist%groups(groups(i)), mesh, scales, supports, error)
          if (allocated(error)) return
          last(i) = size(supports)
       end do
    end subroutine read_supports
 
    !> &support: one support for each of its node sets.
-   subroutine read_support(group, mesh, cases, supports, error)
+   subroutine read_support(group, mesh, scales, supports, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
-      type(name_t), intent(in) :: cases(:)
+      type(scales_t), intent(inout) :: scales
       type(support_t), allocatable, intent(inout) :: supports(:)
       type(error_t), allocatable, intent(inout) :: error
       type(support_t) :: support
@@ -57,6 +58,7 @@ contains
       if (allocated(error)) return
       call get_sets(group, kind_node, mesh, sets, error, required=.true.)
       call get(group, 'type', kind_name, error, default='components', choices=kinds)
+      call get_span(group, scales, support%span, error)
       if (allocated(error)) return
       select case (kind_name)
       case ('clamped')
@@ -65,7 +67,7 @@ contains
          support%kind = support_hinge
       case ('components')
          support%kind = support_components
-         call read_components(group, cases, support, error)
+         call read_components(group, scales, support, error)
          call read_axes(group, support, error)
       case default
          support%kind = support_symmetry
@@ -86,9 +88,9 @@ contains
    end subroutine read_support
 
    !> fixed = 'ux', ... holds components at zero; ux = value holds one at a value.
-   subroutine read_components(group, cases, support, error)
+   subroutine read_components(group, scales, support, error)
       type(group_t), intent(inout) :: group
-      type(name_t), intent(in) :: cases(:)
+      type(scales_t), intent(inout) :: scales
       type(support_t), intent(inout) :: support
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: fixed(:)
@@ -106,10 +108,34 @@ contains
             support%fixed(k) = .true.
          end do
       end do
-      call get_scaling(group, cases, support%scaling, error)
+      call get_scaling(group, scales, support%scaling, error)
+      call check_values(group, scales, support, error)
       if (.not. allocated(error) .and. .not. any(support%fixed)) call complain_about(group, '', &
          "nothing is held: give type = 'clamped' or another type, or components (fixed = 'ux', ... or ux = value)", error)
    end subroutine read_components
+
+   !> Values that would jump, or never be reached: a support holds its nodes where it finds them, and moves them as its factor changes.
+   subroutine check_values(group, scales, support, error)
+      type(group_t), intent(in) :: group
+      type(scales_t), intent(in) :: scales
+      type(support_t), intent(in) :: support
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+      if (allocated(error) .or. .not. any(abs(support%value) > 0)) return
+      if (support%scaling == by_constant_factor .and. support%span%first > 1) then
+         call complain_about(group, 'constant', 'a support that comes with a later step holds its nodes where they are, and a ' &
+                             //'constant value would never move them', error)
+         return
+      end if
+      do i = 1, size(scales%followers)
+         associate (f => scales%followers(i))
+            if (f%factor /= support%scaling .or. .not. abs(f%table%value(0.0_wp)) > 0) cycle
+            call complain_about(group, 'amplitude', 'the support would jump: the factor of the amplitude at 0 is ' &
+                                //text_of(f%table%value(0.0_wp))//', expected is 0', error)
+            return
+         end associate
+      end do
+   end subroutine check_values
 
    !> Axes in which components are held: global, two given vectors, or cylindrical about a line.
    subroutine read_axes(group, support, error)
@@ -155,13 +181,17 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       type(equations_t) :: equations
       type(error_t), allocatable :: refusal, partial
-      integer :: i
+      integer :: i, step
 
       if (allocated(error)) return
-      call new_equations(equations, mesh, supports, refusal)
+      do step = 1, maxval([1, supports%span%first, pack(supports%span%last + 1, supports%span%last < huge(1))])
+         if (step > 1 .and. .not. any(supports%span%first == step .or. supports%span%last == step - 1)) cycle
+         call new_equations(equations, mesh, supports, refusal, step=step)
+         if (allocated(refusal)) exit
+      end do
       if (.not. allocated(refusal)) return
       do i = 1, size(groups)
-         call new_equations(equations, mesh, supports(:last(i)), partial)
+         call new_equations(equations, mesh, supports(:last(i)), partial, step=step)
          if (.not. allocated(partial)) cycle
          call place_error(groups(i), '', partial)
          call move_alloc(partial, error)

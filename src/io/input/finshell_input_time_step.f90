@@ -1,9 +1,11 @@
 !> The group &step of steps in time.
 module finshell_input_time_step
    use finshell_error, only: error_t, text_of
+   use finshell_input_amplitude, only: amplitude_t, get_amplitude
    use finshell_kinds, only: wp
    use finshell_namelist, only: group_t, get, has, complain_about
    use finshell_step, only: control_explicit, scheme_conserving, step_t
+   use finshell_table, only: table_t
    use finshell_time_plan, only: time_plan_t
    implicit none
    private
@@ -12,17 +14,18 @@ module finshell_input_time_step
 contains
 
    !> What steps in time have beside increments and convergence.
-   subroutine read_time_step(group, step, error)
+   subroutine read_time_step(group, amplitudes, step, error)
       type(group_t), intent(inout) :: group
+      type(amplitude_t), intent(in) :: amplitudes(:)
       type(step_t), intent(inout) :: step
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: scheme
 
-      call read_plan(group, step%time, error)
+      call read_plan(group, amplitudes, step%time, error)
       if (allocated(error)) return
       step%final_load_factor = 1
-      if (allocated(step%time%factors)) then
-         step%final_load_factor = step%time%factors(size(step%time%factors))
+      if (allocated(step%time%table)) then
+         step%final_load_factor = step%time%table%y(size(step%time%table%y))
       else
          step%final_load_factor = step%time%constant
       end if
@@ -42,31 +45,37 @@ contains
       call get(group, 'stiffness_damping', step%stiffness_damping, error, default=step%stiffness_damping, minimum=0.0_wp)
    end subroutine read_time_step
 
-   subroutine read_plan(group, plan, error)
+   subroutine read_plan(group, amplitudes, plan, error)
       type(group_t), intent(inout) :: group
+      type(amplitude_t), intent(in) :: amplitudes(:)
       type(time_plan_t), intent(inout) :: plan
       type(error_t), allocatable, intent(inout) :: error
+      type(table_t) :: table
+      integer :: at
 
       call get(group, 'duration', plan%duration, error, above=0.0_wp)
-      call get(group, 'times', plan%times, error, required=has(group, 'factors'), minimum=0.0_wp)
-      call get(group, 'factors', plan%factors, error, required=has(group, 'times'))
+      call get(group, 'times', table%x, error, required=has(group, 'factors'), minimum=0.0_wp)
+      call get(group, 'factors', table%y, error, required=has(group, 'times'))
       call get(group, 'load_factor', plan%constant, error, default=plan%constant)
-      call get(group, 'smooth', plan%smooth, error, default=plan%smooth)
+      call get(group, 'smooth', table%smooth, error, default=.false.)
+      call get_amplitude(group, amplitudes, at, error)
       call get(group, 'output_times', plan%output_times, error, required=.false., minimum=0.0_wp)
       call get(group, 'output_interval', plan%output_interval, error, default=plan%output_interval, minimum=0.0_wp)
       if (allocated(error)) return
-      if (size(plan%times) == 0) deallocate (plan%times, plan%factors)
       if (size(plan%output_times) == 0) deallocate (plan%output_times)
-      if (allocated(plan%times)) then
+      if (at > 0) then
+         call take_amplitude(group, amplitudes(at), plan, error)
+      else if (size(table%x) > 0) then
          if (has(group, 'load_factor')) then
             call complain_about(group, 'load_factor', 'the load factor is given over time by times and factors', error)
-         else if (size(plan%times) /= size(plan%factors)) then
-            call complain_about(group, 'factors', 'there are '//text_of(size(plan%factors))//' factors for ' &
-                                //text_of(size(plan%times))//' times', error)
-         else if (any(plan%times(2:) <= plan%times(:size(plan%times) - 1))) then
+         else if (size(table%x) /= size(table%y)) then
+            call complain_about(group, 'factors', 'there are '//text_of(size(table%y))//' factors for ' &
+                                //text_of(size(table%x))//' times', error)
+         else if (any(table%x(2:) <= table%x(:size(table%x) - 1))) then
             call complain_about(group, 'times', 'times have to rise', error)
          end if
-      else if (plan%smooth) then
+         plan%table = table
+      else if (table%smooth) then
          call complain_about(group, 'smooth', 'it is between times, and none are given', error)
       end if
       if (allocated(error) .or. .not. allocated(plan%output_times)) return
@@ -76,4 +85,25 @@ contains
          call complain_about(group, 'output_times', 'the last is after the end of the step', error)
       end if
    end subroutine read_plan
+
+   !> The load factor over the time since the step began is an amplitude.
+   subroutine take_amplitude(group, amplitude, plan, error)
+      type(group_t), intent(in) :: group
+      type(amplitude_t), intent(in) :: amplitude
+      type(time_plan_t), intent(inout) :: plan
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=11), parameter :: others(4) = [character(len=11) :: 'load_factor', 'times', 'factors', 'smooth']
+      integer :: i
+      do i = 1, size(others)
+         if (.not. has(group, trim(others(i)))) cycle
+         call complain_about(group, trim(others(i)), 'the load factor is given over time by the amplitude', error)
+         return
+      end do
+      if (.not. amplitude%over_time) then
+         call complain_about(group, 'amplitude', "the load factor of a step in time needs an amplitude over = 'time'; '" &
+                             //amplitude%name//"' is one over the load factor", error)
+      else
+         plan%table = amplitude%table
+      end if
+   end subroutine take_amplitude
 end module finshell_input_time_step

@@ -17,14 +17,15 @@ module finshell_input_way
 contains
 
    !> Check the steps of an input one after the other.
-   subroutine check_ways(namelist, steps, constants, error)
+   subroutine check_ways(namelist, steps, anew, constants, error)
       type(namelist_t), intent(in) :: namelist
       type(step_t), intent(in) :: steps(:) !< of the groups &step, in their order
+      integer, intent(in) :: anew !< behind this step the next begins unloaded; 0: none
       logical, intent(in) :: constants !< constant loads or supports move the structure before the first step
       type(error_t), allocatable, intent(inout) :: error
       type(place_t) :: at(maxval(steps%case))
       logical :: at_rest
-      integer :: i, n
+      integer :: i, k, n
 
       do i = 1, size(at)
          at(i)%factor = 0
@@ -34,6 +35,12 @@ contains
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'step') cycle
          n = n + 1
+         if (n == anew + 1 .and. anew > 0) then
+            do k = 1, size(at)
+               at(k)%factor = 0
+            end do
+            at_rest = .not. constants
+         end if
          if (leaves_state(steps(n)%control)) cycle
          call check_way(namelist%groups(i), steps(n), at(steps(n)%case)%factor, at_rest, error)
          if (allocated(error)) return
@@ -94,7 +101,7 @@ contains
       real(wp), allocatable, intent(inout) :: factor
       logical :: from_start
       from_start = .false.
-      if (allocated(step%time%times)) from_start = step%time%times(1) > step%time%duration
+      if (allocated(step%time%table)) from_start = step%time%table%x(1) > step%time%duration
       if (from_start .and. .not. allocated(factor)) return
       if (.not. allocated(factor)) factor = 0
       factor = step%time%factor(step%time%duration, factor)
