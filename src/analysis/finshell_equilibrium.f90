@@ -6,7 +6,7 @@
 !> turn about one axis only; else it is unsymmetric and exact.
 module finshell_equilibrium
    use finshell_kinds, only: wp
-   use finshell_freedoms, only: n_nodal
+   use finshell_freedoms, only: n_nodal, ux, uz
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
       status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise
@@ -16,7 +16,8 @@ module finshell_equilibrium
    use finshell_retraction, only: retraction_t, new_retraction
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_equations, only: equations_t, new_equations, gather, scatter, held_change, largest_turn, turn_held
+   use finshell_cliques, only: cliques_t, joined
+   use finshell_equations, only: equations_t, new_equations, gather, scatter, unknowns_of, held_change, largest_turn, turn_held
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, factors_at, follow_all, &
       number_of_factors, set_factor, scaled_sum, slopes
@@ -24,11 +25,13 @@ module finshell_equilibrium
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
    use finshell_symmetric_part, only: symmetric_part_t
-   use finshell_load_terms, only: add_turning, add_motion, add_rate
+   use finshell_joint_stiffness, only: add_joint_stiffness, link_nodes, no_cliques, place_links
+   use finshell_linked_elements, only: linked_elements_t
+   use finshell_load_terms, only: add_turning, add_motion, add_rate, moving_nodes
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_levels, only: force_levels
-   use finshell_watched_displacement, only: watch_displacement, mean_displacement, mean_rate
+   use finshell_watched_displacement, only: displacement_gradient, watch_displacement, mean_displacement
    use finshell_balance, only: balance_t
    use finshell_ledger, only: entry_t, motion_times, motions_times, balance_between
    use finshell_volume, only: volume_t, new_volume
@@ -66,7 +69,7 @@ module finshell_equilibrium
       class(team_t), pointer :: team => null() !< processes that share the work
       integer, allocatable :: own_elements(:) !< of this process
       real(wp), allocatable :: values(:) !< of the matrix, left by `evaluate`
-      integer, allocatable :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
+      type(cliques_t) :: cliques !< of the pattern, beside those of the elements
       real(wp), allocatable, private :: ground(:) !< values of the stand-in of a soft structure, once it was needed
       integer, allocatable, private :: moved_elements(:) !< elements at moved nodes
       type(retraction_t), private :: retraction
@@ -74,6 +77,7 @@ module finshell_equilibrium
    contains
       procedure :: evaluate
       procedure :: evaluate_toward
+      procedure, private :: refresh
       procedure :: factorise
       procedure :: solve
       procedure :: move
@@ -102,6 +106,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
       class(team_t), pointer, intent(in), optional :: team !< each member calls with the same structure
       type(sparsity_t) :: pattern
+      type(linked_elements_t) :: linked
+      integer, allocatable :: linked_elements(:)
       integer :: nodes, i
       self%structure => structure
       nodes = size(structure%mesh%coordinates, 2)
@@ -110,9 +116,12 @@ contains
          return
       end if
       call new_equations(self%equations, structure%mesh, structure%supports, error, turning_nodes(structure), &
-                         number_of_factors(structure%cases), self%stage)
+                         number_of_factors(structure%cases), self%stage, structure%joints)
       if (allocated(error)) return
       if (present(team)) self%team => team
+      if (shared(self%team) .and. self%equations%links%any()) call raise(error, status_invalid_argument, 'joints (&tie, &equal, ' &
+         //'&equation, &rigid_body) run on one process only: take finshell instead of finshell_mpi')
+      if (allocated(error)) return
       call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
       call new_external(self%external, structure, self%equations, error, self%stage)
       if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2))
@@ -120,13 +129,16 @@ contains
       if (.not. self%may_float) call check_mechanism(structure%mesh, self%equations, error, &
                                                      self%external%springs(structure, self%equations))
       if (allocated(error)) return
+      call link_nodes(linked, linked_elements, structure%mesh, self%equations)
+      self%cliques = joined(no_cliques(), linked%blocks%equations)
       call new_sparsity(pattern, structure%mesh%triangles(:, self%own_elements), self%equations%number, self%external%symmetric, &
-         error, self%team)
+         error, self%team, self%cliques)
       if (allocated(error)) return
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
          error, self%equations%frame, self%equations%frames, self%equations%held, &
          is_membrane(structure, self%own_elements), self%own_elements)
       if (allocated(error)) return
+      call place_links(self%assembly, linked, linked_elements, pattern)
       call self%half%take(pattern)
       self%half%solver%options = self%solver%options
       call self%solver%analyse(pattern, error)
@@ -145,7 +157,7 @@ contains
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, by_constant_factor)) > 0)
       if (allocated(self%residual)) &
-         deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
+         deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force)
       if (allocated(self%ground)) deallocate (self%ground)
       if (allocated(self%released)) deallocate (self%released)
       if (allocated(self%watched)) deallocate (self%watched)
@@ -154,9 +166,7 @@ contains
       self%base_entry = entry_t()
       allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
-      allocate (self%moved_of(nodes), source=0)
-      self%moved_of(self%equations%moved) = [(i, i=1, size(self%equations%moved))]
-      self%moved_elements = elements_at(structure%mesh, self%moved_of > 0)
+      self%moved_elements = elements_at(structure%mesh, moving_nodes(self%equations))
       call new_state(self%state, nodes, structure%cases)
       if (allocated(structure%followers)) self%state%followers = structure%followers
       call follow_all(self%state)
@@ -188,6 +198,7 @@ contains
       real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
       real(wp) :: levels(2), part
       integer :: status, bad_element, active
+      call self%refresh()
       if (tangent) then
          self%assemblies = self%assemblies + 1
          call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, self%values, &
@@ -224,23 +235,26 @@ contains
       self%bulge_force = scaled_sum(self%state, bulges)
       self%external_force = scaled_sum(self%state, unit_force)
       if (tangent) then
-         call add_turning(self%external, self%internal_force - self%bulge_force, self%assembly, self%values)
+         call add_turning(self%external, turning_moments(self), self%assembly, self%values)
          ! Moving the held components by the factor puts the structure out of balance too.
          call add_motion(self%structure, self%equations, self%external, self%moved_elements, self%state, active, &
-            self%internal_force, out_of_balance, toward)
+            self%internal_force, self%external_force, out_of_balance, toward)
          self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
          call add_rate(self%state, active, unit_force, out_of_balance)
          call gather(self%equations, out_of_balance, self%rate)
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
             self%structure, self%equations, self%state, self%watched, self%watched_rate)
-         if (allocated(self%watched) .and. .not. allocated(self%watched_volume)) self%watched_rate = mean_rate( &
-            self%equations, self%state, self%moved_of, self%watched_nodes, self%watched_component)
       end if
+      if (tangent .and. allocated(self%watched) .and. .not. allocated(self%watched_volume)) &
+         call displacement_gradient(self%equations, self%state, self%watched_nodes, self%watched_component, self%watched, &
+                                    self%watched_rate)
       if (allocated(self%inertia)) call self%inertia%act(self%structure, self%equations, self%assembly, self%base, self%state, &
          self%external_force, tangent, merge(self%diagonal, 0, leads(self%team)), self%values)
       out_of_balance = self%external_force - self%internal_force
+      if (tangent) call add_joint_stiffness(self%equations, self%state, -out_of_balance, self%assembly%linked, self%values)
       self%entry%reaction = -motions_times(self%equations, self%state, out_of_balance)
-      call gather(self%equations, out_of_balance, self%residual)
+      call self%equations%links%fold(out_of_balance)
+      call unknowns_of(self%equations, out_of_balance, self%residual)
       levels = force_levels(self%equations, scaled_sum(self%state, unit_force), out_of_balance, unit_force(:, :, unscaled:))
       if (allocated(self%inertia)) levels = max(levels, self%inertia%level)
       self%force_level = levels(1)
@@ -249,6 +263,25 @@ contains
       if (tangent .and. leads(self%team)) self%values(self%diagonal) = self%values(self%diagonal) + self%drag*self%weight
       call self%resist()
    end subroutine evaluate_toward
+
+   !> Dependent nodes where the others have them, and what moves them from there.
+   subroutine refresh(self)
+      class(equilibrium_t), intent(inout) :: self
+      if (.not. self%equations%links%any()) return
+      call self%equations%links%settle(self%state)
+      call self%equations%links%refresh(self%state)
+      call self%assembly%linked%blocks%expand(self%equations)
+   end subroutine refresh
+
+   !> Internal moments without those that bulges balance, and on masters the moments of what is on their arms.
+   function turning_moments(self) result(moments)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), allocatable :: moments(:, :)
+      moments = self%internal_force - self%bulge_force
+      if (.not. self%equations%links%any()) return
+      moments(ux:uz, :) = self%internal_force(ux:uz, :) - self%external_force(ux:uz, :)
+      call self%equations%links%fold(moments)
+   end function turning_moments
 
    subroutine keep_base(self)
       class(equilibrium_t), intent(inout) :: self
@@ -314,12 +347,14 @@ contains
       active = by_load_factor
       many = size(self%equations%motion, 3)
       if (present(scaling)) active = scaling
+      call self%refresh()
       before = factors_at(self%state, many)
       call set_factor(self%state, active, factor_at(self%state, active) + factor_change)
       allocate (nodal(n_nodal, size(self%equations%number, 2)))
       call scatter(self%equations, x, nodal)
       nodal(:, self%equations%moved) = nodal(:, self%equations%moved) &
                                        + held_change(self%equations, factors_at(self%state, many) - before)
+      call self%equations%links%extend(nodal)
       if (present(kind) .and. present(stress)) then
          if (kind == stress_own .and. allocated(stress)) deallocate (stress)
          if (kind /= stress_own .and. .not. allocated(stress)) allocate (stress(n_resultants, self%assembly%elements))
@@ -329,6 +364,7 @@ contains
       call self%retraction%turn_on(self%structure%mesh, self%equations, self%state, 1.0_wp, nodal)
       call move_state(self%state, nodal)
       call turn_held(self%equations, self%state)
+      call self%equations%links%settle(self%state)
    end subroutine move
 
    !> From base to state: displacements, and the rotation vectors of the relative rotations.
@@ -338,7 +374,7 @@ contains
       real(wp), allocatable :: nodal(:, :)
       nodal = motion_between(self%base, self%state)
       call self%retraction%turn_on(self%structure%mesh, self%equations, self%base, -1.0_wp, nodal)
-      call gather(self%equations, nodal, x)
+      call unknowns_of(self%equations, nodal, x)
    end subroutine increment
 
    subroutine transport(self, x)
@@ -360,7 +396,7 @@ contains
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: x(:)
       real(wp), intent(out), optional :: added(:)
-      call gather(self%equations, size_of_motion(self%structure, self%state), x)
+      call unknowns_of(self%equations, size_of_motion(self%structure, self%state), x)
       if (present(added)) call self%solver%magnitude(x, added)
    end subroutine magnitude
 
@@ -379,8 +415,9 @@ contains
       type(error_t), allocatable, intent(out) :: error
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
-      call watch_displacement(self%structure%mesh, self%equations, self%state, self%moved_of, node_set, component, &
-                              self%watched_nodes, self%watched, self%watched_rate, error)
+      call self%refresh()
+      call watch_displacement(self%structure%mesh, self%equations, self%state, node_set, component, self%watched_nodes, &
+                              self%watched, self%watched_rate, error)
       self%watched_component = component
    end subroutine watch
 

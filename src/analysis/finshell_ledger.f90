@@ -23,17 +23,20 @@ module finshell_ledger
 
 contains
 
-   !> Forces on the moved components times their motion per factor.
+   !> Forces on the moved components, and on what depends on them, times their motion per factor.
    pure function motion_times(equations, state, active, force) result(product)
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       integer, intent(in) :: active !< factor that changes
       real(wp), intent(in) :: force(:, :) !< (n_nodal, nodes)
       real(wp) :: product
+      real(wp), allocatable :: all(:, :)
       integer :: i
       product = 0
+      if (size(equations%moved) == 0) return
+      all = equations%links%folded(force)
       do i = 1, size(equations%moved)
-         product = product + dot_product(motion_at(equations, i, active, state), force(:, equations%moved(i)))
+         product = product + dot_product(motion_at(equations, i, active, state), all(:, equations%moved(i)))
       end do
    end function motion_times
 

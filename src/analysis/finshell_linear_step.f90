@@ -152,6 +152,7 @@ contains
          motion(:, node) = motion(:, node) + load_change*motion_at(problem%equations, i, by_load_factor, problem%state) &
             + constant_change*motion_at(problem%equations, i, by_constant_factor, problem%state)
       end do
+      call problem%equations%links%extend(motion)
    end subroutine solve_motion
 
    !> Where one rotation of a node is held and two are free, the reaction moment turns with the node. The matrix, symmetric, leaves

@@ -159,14 +159,19 @@ contains
       do i = 1, size(member)
          if (.not. member(i)) cycle
          do k = 1, 3
-            if (equations%number(k, i) > 0) yes = yes .or. abs(along(load%vector)) > 0
-            if (equations%number(k, i) > 0) yes = yes .or. any(abs([load%pressure, load%numbers]) > 0)
-            if (equations%number(3 + k, i) > 0) yes = yes .or. abs(along(load%moment)) > 0
+            if (free(k)) yes = yes .or. abs(along(load%vector)) > 0
+            if (free(k)) yes = yes .or. any(abs([load%pressure, load%numbers]) > 0)
+            if (free(3 + k)) yes = yes .or. abs(along(load%moment)) > 0
          end do
          if (yes) return
       end do
 
    contains
+
+      pure logical function free(component)
+         integer, intent(in) :: component
+         free = equations%number(component, i) > 0 .or. equations%links%depends(component, i)
+      end function free
 
       !> Component k of a vector in the axes of node i.
       pure real(wp) function along(vector)

@@ -10,7 +10,9 @@ module finshell_assembly
    use finshell_discretisation, only: evaluate_gathered, freedoms, gather_elements, gather_motion, gathered_t, predict_gathered
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp, i4
-   use finshell_freedoms, only: n_corners, n_membrane, n_nodal, n_shell, shell_displacements, ux, uz
+   use finshell_linked_elements, only: linked_elements_t
+   use finshell_node_axes, only: to_node_axes
+   use finshell_freedoms, only: n_corners, n_membrane, n_nodal, n_shell, shell_displacements
    use finshell_places, only: find_places, places_t
    use finshell_section, only: section_t
    use finshell_scatter, only: scatter_t, new_scatter, add_element_matrix
@@ -22,6 +24,7 @@ module finshell_assembly
    implicit none
    private
    public :: assembly_t, new_assembly, assemble, predict_stress, add_element_contributions, paying_threads
+   public :: link_elements
 
    !> Elements are kept in the order of their patches: "slot" s holds element `patches%element(s)`. Others are with other members.
    type :: assembly_t
@@ -36,6 +39,7 @@ module finshell_assembly
       integer(i4), allocatable :: frame(:) ! (nodes) 0: global axes
       real(wp), allocatable :: frames(:, :, :)
       integer, allocatable :: held(:, :) ! (3, elements) sides that supports hold (finshell_batch)
+      type(linked_elements_t), public :: linked !< those with dependent nodes
       class(team_t), pointer, public :: team => null()
    contains
       procedure :: places => places_of
@@ -107,6 +111,19 @@ contains
       end if
    end subroutine new_assembly
 
+   !> Let elements with dependent nodes add their matrices through blocks, numbered as in the list.
+   pure subroutine link_elements(self, elements)
+      type(assembly_t), intent(inout) :: self
+      integer, intent(in) :: elements(:) !< of the mesh
+      integer :: b
+      if (allocated(self%linked%block)) deallocate (self%linked%block)
+      if (size(elements) == 0) return
+      allocate (self%linked%block(self%elements), source=0)
+      do b = 1, size(elements)
+         self%linked%block(self%slot(elements(b))) = b
+      end do
+   end subroutine link_elements
+
    !> Elements in a patch: a function of the mesh alone, or else results would depend on the machine.
    pure integer function patch_size(elements)
       integer, intent(in) :: elements
@@ -139,7 +156,7 @@ contains
       real(wp), optional, intent(in) :: resultants(:, :)
       real(wp), optional, intent(in) :: toward(:, :) !< (n_nodal, nodes) see `evaluate_elements`; global axes; with `values`
       type(section_t), optional, intent(in) :: sections(:) !< instead of those of the structure
-      real(wp), allocatable :: patch_energy(:)
+      real(wp), allocatable :: patch_energy(:), kept(:, :, :)
       real(wp), allocatable :: f(:, :), k(:, :, :), w(:), stress(:, :), d(:, :)
       type(gathered_t) :: g
       integer(i4), allocatable :: element_status(:)
@@ -153,6 +170,7 @@ contains
       allocate (patch_energy(size(self%patches%group)))
       team = paying_threads(self%elements)
       if (present(threads)) team = max(1, threads)
+      if (present(values)) call self%linked%room(kept)
 
       !$omp parallel num_threads(team) default(shared) &
       !$omp private(g, f, k, w, stress, d, element_status, p, c, i, j, m, s, n)
@@ -214,13 +232,18 @@ contains
                   internal_force(:m, self%corner(j, s + i)) = internal_force(:m, self%corner(j, s + i)) + f(m*(j - 1) + 1:m*j, i)
                end do
                if (.not. allocated(k)) cycle
-               if (self%framed(s + i)) call rotate(self, s + i, k(:, :, i))
+               if (self%linked%has(s + i)) then
+                  call self%linked%keep(s + i, k(:, :, i), kept)
+                  cycle
+               end if
+               if (self%framed(s + i)) call to_node_axes(self%frame(self%corner(:, s + i)), self%frames, k(:, :, i))
                call add_element_matrix(self%scatter, s + i, k(:, :, i), values)
             end do
          end do
          !$omp end do
       end do
       !$omp end parallel
+      if (present(values)) call self%linked%add_kept(kept, values)
       if (present(energy)) then
          energy = 0
          if (bad_element == 0) energy = sum(patch_energy)
@@ -349,6 +372,7 @@ contains
                      end associate
                   end do
                   if (.not. (present(stiffness) .and. present(values))) cycle
+                  if (self%linked%has(s)) cycle
                   k = 0
                   associate (rows => local(:size(force, 1)))
                      if (self%symmetric) then
@@ -357,7 +381,7 @@ contains
                         k(rows, rows) = -stiffness(:, :, i)
                      end if
                   end associate
-                  if (self%framed(s)) call rotate(self, s, k)
+                  if (self%framed(s)) call to_node_axes(self%frame(self%corner(:, s)), self%frames, k)
                   call add_element_matrix(self%scatter, s, k, values)
                end do
             end do
@@ -365,23 +389,6 @@ contains
          !$omp end do
       end do
       !$omp end parallel
+      if (present(stiffness) .and. present(values)) call self%linked%add_loads(at, stiffness, values)
    end subroutine add_own_contributions
-
-   !> Turn an element matrix into the axes of its nodes.
-   pure subroutine rotate(self, s, k)
-      type(assembly_t), intent(in) :: self
-      integer, intent(in) :: s !< slot
-      real(wp), intent(inout) :: k(:, :) !< of a shell or a membrane
-      integer :: j, b, at
-      do j = 1, n_corners
-         if (self%frame(self%corner(j, s)) == 0) cycle
-         associate (axes => self%frames(:, :, self%frame(self%corner(j, s))))
-            do b = 0, size(k, 1)/n_membrane - 1
-               at = size(k, 1)/n_corners*(j - 1) + uz*b
-               k(at + ux:at + uz, :) = matmul(transpose(axes), k(at + ux:at + uz, :))
-               k(:, at + ux:at + uz) = matmul(k(:, at + ux:at + uz), axes)
-            end do
-         end associate
-      end do
-   end subroutine rotate
 end module finshell_assembly

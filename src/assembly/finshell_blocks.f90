@@ -53,18 +53,20 @@ contains
       class(blocks_t), intent(inout) :: self
       type(equations_t), intent(in) :: equations
       integer, allocatable :: known(:)
-      real(wp), allocatable :: t(:, :), factors(:)
-      integer(i4), allocatable :: list(:)
-      integer :: equation(most_unknowns), b, found, i, j, k, l, n, node
+      real(wp), allocatable :: t(:, :)
+      integer :: equation(most_unknowns), b, found, i, j, k, l, lists, n, node, factors
       real(wp) :: coefficient(most_unknowns)
-      self%equations%first = [integer(i4) :: 1]
-      allocate (list(0), factors(0))
-      self%first_factor = [1]
+      if (.not. allocated(self%factor)) allocate (self%equations%equation(0), self%factor(0))
+      if (.not. allocated(self%equations%first)) allocate (self%equations%first(self%count() + 1), &
+                                                           self%first_factor(self%count() + 1))
+      lists = 0
+      factors = 0
       do b = 1, self%count()
-         associate (nodes => self%first(b + 1) - self%first(b))
-            allocate (known(self%rows*nodes*most_unknowns), t(self%rows*nodes, self%rows*nodes*most_unknowns))
-         end associate
-         t = 0
+         l = self%rows*(self%first(b + 1) - self%first(b))
+         if (allocated(t)) then
+            if (size(t, 1) /= l) deallocate (t, known)
+         end if
+         if (.not. allocated(t)) allocate (known(l*most_unknowns), t(l, l*most_unknowns))
          found = 0
          l = 0
          do node = self%first(b), self%first(b + 1) - 1
@@ -77,20 +79,45 @@ contains
                      found = found + 1
                      j = found
                      known(j) = equation(i)
+                     t(:, j) = 0
                   end if
                   t(l, j) = t(l, j) + coefficient(i)
                end do
             end do
          end do
-         list = [list, int(known(:found), i4)]
-         factors = [factors, reshape(t(:, :found), [size(t, 1)*found])]
-         self%equations%first = [self%equations%first, int(size(list) + 1, i4)]
-         self%first_factor = [self%first_factor, size(factors) + 1]
-         deallocate (known, t)
+         self%equations%first(b) = int(lists + 1, i4)
+         self%first_factor(b) = factors + 1
+         call make_room(self, lists + found, factors + found*size(t, 1))
+         self%equations%equation(lists + 1:lists + found) = int(known(:found), i4)
+         do j = 1, found
+            self%factor(factors + (j - 1)*size(t, 1) + 1:factors + j*size(t, 1)) = t(:, j)
+         end do
+         lists = lists + found
+         factors = factors + found*size(t, 1)
       end do
-      call move_alloc(list, self%equations%equation)
-      call move_alloc(factors, self%factor)
+      self%equations%first(self%count() + 1) = int(lists + 1, i4)
+      self%first_factor(self%count() + 1) = factors + 1
+      if (size(self%equations%equation) > lists) self%equations%equation = self%equations%equation(:lists)
+      if (size(self%factor) > factors) self%factor = self%factor(:factors)
    end subroutine expand
+
+   !> Let the lists of unknowns and factors have at least some lengths; they grow twofold.
+   pure subroutine make_room(self, lists, factors)
+      class(blocks_t), intent(inout) :: self
+      integer, intent(in) :: lists, factors
+      integer(i4), allocatable :: list(:)
+      real(wp), allocatable :: factor(:)
+      if (size(self%equations%equation) < lists) then
+         allocate (list(2*lists))
+         list(:size(self%equations%equation)) = self%equations%equation
+         call move_alloc(list, self%equations%equation)
+      end if
+      if (size(self%factor) < factors) then
+         allocate (factor(2*factors))
+         factor(:size(self%factor)) = self%factor
+         call move_alloc(factor, self%factor)
+      end if
+   end subroutine make_room
 
    !> Find the entries of each block in a pattern that has its cliques.
    pure subroutine find_places(self, pattern)
@@ -98,12 +125,13 @@ contains
       type(sparsity_t), intent(in) :: pattern
       integer :: b, c, m, r, at
       self%symmetric = pattern%symmetric
-      self%first_place = [1]
+      if (allocated(self%place)) deallocate (self%place, self%first_place)
+      allocate (self%first_place(self%count() + 1))
+      self%first_place(1) = 1
       do b = 1, self%count()
          m = self%equations%first(b + 1) - self%equations%first(b)
-         self%first_place = [self%first_place, self%first_place(b) + merge(m*(m + 1)/2, m*m, self%symmetric)]
+         self%first_place(b + 1) = self%first_place(b) + merge(m*(m + 1)/2, m*m, self%symmetric)
       end do
-      if (allocated(self%place)) deallocate (self%place)
       allocate (self%place(self%first_place(size(self%first_place)) - 1))
       at = 0
       do b = 1, self%count()

@@ -189,11 +189,15 @@ contains
       type(equations_t), intent(in) :: equations
       type(dead_load_t), intent(in) :: dead(:)
       integer, allocatable :: at(:)
+      real(wp), allocatable :: moments(:, :)
       integer :: e, i, k, node
       allocate (at(size(mesh%coordinates, 2)), source=0)
       do k = 1, size(dead)
+         moments = dead(k)%nodal
+         moments(ux:uz, :) = 0
+         call equations%links%fold(moments)
          do i = 1, size(at)
-            if (any(abs(dead(k)%nodal(rx:rz, i)) > 0) .and. count(equations%number(rx:rz, i) > 0) >= 2) at(i) = 1
+            if (any(abs(moments(rx:rz, i)) > 0) .and. count(equations%number(rx:rz, i) > 0) >= 2) at(i) = 1
          end do
       end do
       self%turning_nodes = pack([(i, i=1, size(at))], at > 0)

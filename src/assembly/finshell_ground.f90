@@ -8,6 +8,7 @@
 module finshell_ground
    use finshell_kinds, only: wp, i4, strip
    use finshell_freedoms, only: n_nodal, uz
+   use finshell_component, only: expand_component, most_unknowns
    use finshell_error, only: error_t
    use finshell_status, only: status_ok
    use finshell_evaluation, only: level_tangent
@@ -112,16 +113,20 @@ contains
       type(equations_t), intent(in) :: equations
       real(wp), intent(in) :: detail
       real(wp), allocatable :: weight(:)
-      real(wp) :: area
-      integer :: e, i, k
+      real(wp) :: area, coefficient(most_unknowns)
+      integer :: e, equation(most_unknowns), i, k, n
       allocate (weight(equations%n), source=0.0_wp)
       do e = 1, size(mesh%triangles, 2)
          associate (nodes => mesh%triangles(:, e))
             area = 0.5_wp*norm2(twice_area_vector(mesh, e))
             do i = 1, 3
                do k = 1, n_nodal
-                  associate (at => equations%number(k, nodes(i)))
-                     if (at > 0) weight(at) = weight(at) + area/3*merge(1.0_wp, detail**2, k <= uz)
+                  associate (at => equations%number(k, nodes(i)), share => area/3*merge(1.0_wp, detail**2, k <= uz))
+                     if (at > 0) weight(at) = weight(at) + share
+                     if (.not. equations%links%depends(k, nodes(i))) cycle
+                     ! no row of the mass of what depends on others, but its diagonal: enough for a scale
+                     call expand_component(equations, nodes(i), k, equation, coefficient, n)
+                     weight(equation(:n)) = weight(equation(:n)) + share*coefficient(:n)**2
                   end associate
                end do
             end do

@@ -61,7 +61,8 @@ contains
       call symmetric_origin(structure%mesh, equations, facets%elements, facets%symmetric, origin)
       ! on planes of symmetry the potential below may miss a part
       call boundary_edges(structure%mesh, facets%elements, edges)
-      facets%has_energy = all([(all(equations%number(ux:uz, edges(:, i)) == 0), i=1, size(edges, 2))]) .and. facets%symmetric
+      facets%has_energy = all([(all(equations%number(ux:uz, edges(:, i)) == 0), i=1, size(edges, 2))]) .and. facets%symmetric &
+                          .and. .not. equations%links%any()
       call append(list, facets)
       caps%elements = curved_elements(structure, facets%elements)
       if (size(caps%elements) == 0) return

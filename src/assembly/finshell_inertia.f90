@@ -15,7 +15,9 @@ module finshell_inertia
    use finshell_equations, only: equations_t, free_part
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: damper_t
+   use finshell_joint_stiffness, only: add_at_node
    use finshell_kinds, only: wp
+   use finshell_linked_elements, only: linked_elements_t
    use finshell_quaternion, only: quaternion_conjugate, quaternion_product
    use finshell_state, only: state_t, motion_between
    use finshell_structure, only: structure_t
@@ -63,7 +65,7 @@ contains
       force = -self%mass_damping*self%mass*self%velocity
       if (tangent) then
          call self%damper%add(structure, assembly, state, self%velocity, force, self%v1, values)
-         call stiffen(self, equations, diagonal, values)
+         call stiffen(self, equations, diagonal, assembly%linked, values)
       else
          call self%damper%add(structure, assembly, state, self%velocity, force, self%v1)
       end if
@@ -74,13 +76,25 @@ contains
    end subroutine act
 
    !> Add to the diagonal of the matrix: masses are the same along all axes of a node.
-   pure subroutine stiffen(self, equations, diagonal, values)
+   subroutine stiffen(self, equations, diagonal, linked, values)
       class(inertia_t), intent(in) :: self
       type(equations_t), intent(in) :: equations
       integer, intent(in) :: diagonal(:)
+      type(linked_elements_t), intent(in) :: linked
       real(wp), intent(inout) :: values(:)
+      real(wp) :: own(n_nodal, n_nodal)
       integer :: at, i, k
       do i = 1, size(self%mass, 2)
+         if (equations%links%any()) then
+            if (any(equations%links%row(:, i) > 0)) then
+               own = 0
+               do k = 1, n_nodal
+                  own(k, k) = (self%a1 + self%mass_damping*self%v1)*self%mass(k, i)
+               end do
+               call add_at_node(linked, i, own, values)
+               cycle
+            end if
+         end if
          do k = 1, n_nodal
             if (equations%number(k, i) == 0) cycle
             at = diagonal(equations%number(k, i))

@@ -12,7 +12,7 @@ contains
    !> Norms of external forces and of reactions, for the convergence criterion.
    pure function force_levels(equations, external_force, out_of_balance, standing) result(levels)
       type(equations_t), intent(in) :: equations
-      real(wp), intent(in) :: external_force(:, :), out_of_balance(:, :) !< (n_nodal, nodes)
+      real(wp), intent(in) :: external_force(:, :), out_of_balance(:, :) !< (n_nodal, nodes), folded
       !> (n_nodal, nodes, 0 or 1) part of external_force that answers as supports do: under a rigid motion a foundation cancels the
       !> loads node by node.
       real(wp), intent(in) :: standing(:, :, :)

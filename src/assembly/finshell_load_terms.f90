@@ -10,29 +10,40 @@ module finshell_load_terms
    use finshell_equations, only: equations_t, motion_at
    use finshell_factor, only: slope_of
    use finshell_external, only: external_t
+   use finshell_joint_stiffness, only: add_at_node
    use finshell_assembly, only: assembly_t, add_element_contributions
    implicit none
    private
-   public :: add_turning, turn_moments, add_motion, add_rate, add_stiffness_times
+   public :: add_turning, turn_moments, add_motion, add_rate, moving_nodes, add_stiffness_times
 
 contains
 
    !> Stiffness of nodal moments with respect to spins: -spin(m)/2.
    subroutine add_turning(loads, moments, assembly, values)
       type(external_t), intent(in) :: loads
-      real(wp), intent(in) :: moments(:, :) !< (n_nodal, nodes) internal forces, without those that bulges balance
+      !> (n_nodal, nodes) internal forces, without those that bulges balance; those of dependent nodes are where these depend on
+      real(wp), intent(in) :: moments(:, :)
       type(assembly_t), intent(in) :: assembly
       real(wp), intent(inout) :: values(:)
       real(wp), allocatable :: force(:, :), stiffness(:, :, :), unused(:, :)
+      real(wp) :: own(n_nodal, n_nodal)
+      integer, allocatable :: mine(:)
       integer :: i, at
       if (size(loads%turning_nodes) == 0) return
-      allocate (force(n_shell, size(loads%turning_nodes)), stiffness(n_shell, n_shell, size(loads%turning_nodes)), source=0.0_wp)
-      allocate (unused(n_nodal, size(moments, 2)), source=0.0_wp)
+      own = 0
       do i = 1, size(loads%turning_nodes)
-         at = shell_at(loads%turning_corners(i))
-         stiffness(at + rx:at + rz, at + rx:at + rz, i) = 0.5_wp*spin(moments(rx:rz, loads%turning_nodes(i)))
+         if (loads%turning_elements(i) > 0) cycle
+         own(rx:rz, rx:rz) = -0.5_wp*spin(moments(rx:rz, loads%turning_nodes(i)))
+         call add_at_node(assembly%linked, loads%turning_nodes(i), own, values)
       end do
-      call add_element_contributions(assembly, loads%turning_elements, force, unused, stiffness, values)
+      mine = pack([(i, i=1, size(loads%turning_nodes))], loads%turning_elements > 0)
+      allocate (force(n_shell, size(mine)), stiffness(n_shell, n_shell, size(mine)), source=0.0_wp)
+      allocate (unused(n_nodal, size(moments, 2)), source=0.0_wp)
+      do i = 1, size(mine)
+         at = shell_at(loads%turning_corners(mine(i)))
+         stiffness(at + rx:at + rz, at + rx:at + rz, i) = 0.5_wp*spin(moments(rx:rz, loads%turning_nodes(mine(i))))
+      end do
+      call add_element_contributions(assembly, loads%turning_elements(mine), force, unused, stiffness, values)
    end subroutine add_turning
 
    !> The moments of nodes turn with their spins: what the symmetric tangent leaves out of the change of the internal moments.
@@ -46,7 +57,7 @@ contains
       end do
    end subroutine turn_moments
 
-   !> Displacements and spins of held nodes per change of a factor.
+   !> Displacements and spins of held nodes per change of a factor, and of what depends on them.
    pure function motion_of_held(equations, state, active) result(motion)
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
@@ -57,6 +68,7 @@ contains
       do i = 1, size(equations%moved)
          motion(:, equations%moved(i)) = motion_at(equations, i, active, state)
       end do
+      call equations%links%extend(motion)
    end function motion_of_held
 
    !> Add the change of forces with a factor and with those that follow it.
@@ -73,24 +85,40 @@ contains
       end do
    end subroutine add_rate
 
+   !> (nodes) Those that supports move, and those that depend on them.
+   pure function moving_nodes(equations) result(moves)
+      type(equations_t), intent(in) :: equations
+      logical :: moves(size(equations%frame))
+      integer :: r
+      moves = .false.
+      moves(equations%moved) = .true.
+      if (.not. equations%links%any()) return
+      associate (links => equations%links)
+         do r = 1, size(links%node)
+            moves(links%node(r)) = moves(links%node(r)) .or. any(moves(links%master(links%first(r):links%first(r + 1) - 1)))
+         end do
+      end associate
+   end function moving_nodes
+
    !> Take the internal forces due to the motion of held nodes from rate, and add what the loads change by.
-   subroutine add_motion(structure, equations, loads, elements, state, active, internal_force, rate, toward)
+   subroutine add_motion(structure, equations, loads, elements, state, active, internal_force, external_force, rate, toward)
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(external_t), intent(in) :: loads
       integer, intent(in) :: elements(:) !< those with a moved node
       type(state_t), intent(in) :: state
       integer, intent(in) :: active !< factor that changes (finshell_factor)
-      real(wp), intent(in) :: internal_force(:, :) !< (n_nodal, nodes) at the state
+      real(wp), intent(in) :: internal_force(:, :), external_force(:, :) !< (n_nodal, nodes) at the state
       real(wp), intent(inout) :: rate(:, :) !< (n_nodal, nodes)
       real(wp), intent(in), optional :: toward(:, :) !< (n_nodal, nodes) see `assemble`
       real(wp), allocatable :: motion(:, :)
-      if (size(elements) == 0) return
+      if (size(equations%moved) == 0) return
       motion = motion_of_held(equations, state, active)
       call loads%add_change(structure, equations, state, motion, rate)
       motion = -motion
       call add_stiffness_times(structure, equations, elements, state, motion, rate, toward)
       call turn_moments(internal_force, motion, rate)
+      call equations%links%turn_arms(state, internal_force - external_force, motion, rate)
    end subroutine add_motion
 
    !> Add the change of the internal forces of some elements with the motion of their nodes, linearised at a state.

@@ -13,7 +13,7 @@ module finshell_mechanism
    use finshell_mesh, only: mesh_t
    use finshell_equations, only: equations_t, scatter
    use finshell_external, only: springs_t
-   use finshell_union_find, only: join, new_forest, root_of
+   use finshell_joined_parts, only: add_link_conditions, extent, find_parts
    implicit none
    private
    public :: check_mechanism, name_mode, null_space
@@ -41,14 +41,15 @@ contains
       type(equations_t), intent(in) :: equations
       type(error_t), allocatable, intent(out) :: error
       type(springs_t), intent(in), optional :: springs !< to the ground, which hold as supports do
-      integer, allocatable :: part(:)
+      integer, allocatable :: part(:), cluster(:), members(:)
       integer :: e, parts, p
-      real(wp) :: centre(3), size_of_part, conditions(n_nodal, n_nodal), stiffest
+      real(wp) :: centre(3), size_of_part, own(n_nodal, n_nodal), stiffest
+      real(wp), allocatable :: conditions(:, :)
       character(len=:), allocatable :: names
 
       stiffest = 0
       if (present(springs)) stiffest = max(maxval(abs(springs%stiffness)), tiny(1.0_wp))
-      call find_parts(mesh, part, parts)
+      call find_parts(mesh, equations, part, parts, cluster)
       if (any(part == 0)) then
          p = findloc(part, 0, 1)
          if (any(equations%number(:, p) > 0)) then
@@ -58,68 +59,54 @@ contains
          end if
       end if
       do p = 1, parts
-         call conditions_of_part(mesh, equations, part, p, centre, size_of_part, conditions)
-         if (present(springs)) then
-            do e = 1, size(springs%elements)
-               associate (nodes => mesh%triangles(:, springs%elements(e)))
-                  if (part(nodes(1)) == p) call add_springs(mesh%coordinates(:, nodes), springs%stiffness(:, :, e)/stiffest, &
-                                                            centre, size_of_part, conditions)
-               end associate
-            end do
+         if (cluster(p) /= p) cycle
+         members = pack([(e, e=1, parts)], cluster(1:) == p)
+         call extent(mesh, cluster(part), p, centre, size_of_part)
+         allocate (conditions(n_nodal*size(members), n_nodal*size(members)), source=0.0_wp)
+         do e = 1, size(members)
+            call conditions_of_part(mesh, equations, part, members(e), centre, size_of_part, own)
+            if (present(springs)) call add_all_springs(members(e))
+            conditions(n_nodal*(e - 1) + 1:n_nodal*e, n_nodal*(e - 1) + 1:n_nodal*e) = own
+         end do
+         call add_link_conditions(mesh, equations, part, members, centre, size_of_part, conditions)
+         if (size(members) > 1) then
+            call free_part_of(conditions, own, e)
+         else
+            own = conditions
+            e = 1
          end if
-         call name_free_motions(conditions, centre, size_of_part, names)
+         deallocate (conditions)
+         call name_free_motions(own, centre, size_of_part, names)
          if (names == '') cycle
-         if (parts > 1) names = names//' (of the part with node '//text_of(findloc(part, p, 1))//')'
-         call raise(error, status_singular_matrix, 'the supports leave a rigid-body motion free: '//names &
-            //'; add supports that prevent it')
+         if (parts > 1) names = names//' (of the part with node '//text_of(findloc(part, members(e), 1))//')'
+         call raise(error, status_singular_matrix, trim(merge('the supports and joints leave', 'the supports leave           ', &
+            equations%links%any()))//' a rigid-body motion free: '//names//'; add supports that prevent it')
          return
       end do
-   end subroutine check_mechanism
 
-   !> Number the connected parts of the mesh; nodes without element belong to part 0.
-   pure subroutine find_parts(mesh, part, parts)
-      type(mesh_t), intent(in) :: mesh
-      integer, allocatable, intent(out) :: part(:)
-      integer, intent(out) :: parts
-      integer, allocatable :: root(:), number(:)
-      integer :: e, k, i
-      root = new_forest(size(mesh%coordinates, 2))
-      do e = 1, size(mesh%triangles, 2)
-         do k = 2, 3
-            call join(root, mesh%triangles(1, e), mesh%triangles(k, e))
+   contains
+
+      subroutine add_all_springs(at)
+         integer, intent(in) :: at
+         integer :: i
+         do i = 1, size(springs%elements)
+            associate (nodes => mesh%triangles(:, springs%elements(i)))
+               if (part(nodes(1)) == at) call add_springs(mesh%coordinates(:, nodes), springs%stiffness(:, :, i)/stiffest, &
+                                                          centre, size_of_part, own)
+            end associate
          end do
-      end do
-      allocate (part(size(root)), number(size(root)), source=0)
-      parts = 0
-      do e = 1, size(mesh%triangles, 2)
-         do k = 1, 3
-            i = root_of(root, mesh%triangles(k, e))
-            if (number(i) == 0) then
-               parts = parts + 1
-               number(i) = parts
-            end if
-            part(mesh%triangles(k, e)) = number(i)
-         end do
-      end do
-   end subroutine find_parts
+      end subroutine add_all_springs
+   end subroutine check_mechanism
 
    !> Sum of the squared conditions on (t, size * r) from all supported nodes of a part.
    pure subroutine conditions_of_part(mesh, equations, part, p, centre, size_of_part, conditions)
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
       integer, intent(in) :: part(:), p
-      real(wp), intent(out) :: centre(3), size_of_part, conditions(n_nodal, n_nodal)
-      real(wp) :: lowest(3), highest(3), row(n_nodal), arm(3)
+      real(wp), intent(in) :: centre(3), size_of_part
+      real(wp), intent(out) :: conditions(n_nodal, n_nodal)
+      real(wp) :: row(n_nodal), arm(3)
       integer :: i, j, k, node
-      lowest = huge(1.0_wp)
-      highest = -huge(1.0_wp)
-      do i = 1, size(part)
-         if (part(i) /= p) cycle
-         lowest = min(lowest, mesh%coordinates(:, i))
-         highest = max(highest, mesh%coordinates(:, i))
-      end do
-      centre = 0.5_wp*(lowest + highest)
-      size_of_part = norm2(highest - lowest)
       conditions = 0
       do i = 1, size(equations%supported)
          node = equations%supported(i)%node
@@ -139,6 +126,26 @@ contains
          end do
       end do
    end subroutine conditions_of_part
+
+   !> What the motions that are left free to several parts are of the part that they move most: as conditions on that part alone.
+   subroutine free_part_of(conditions, own, most)
+      real(wp), intent(in) :: conditions(:, :)
+      real(wp), intent(out) :: own(n_nodal, n_nodal)
+      integer, intent(out) :: most !< that part
+      real(wp) :: free(size(conditions, 1), size(conditions, 1)), values(n_nodal), vectors(n_nodal, n_nodal)
+      real(wp), allocatable :: moves(:)
+      integer :: count, k
+      call null_space(conditions, free, count)
+      moves = [(sum(free(n_nodal*(k - 1) + 1:n_nodal*k, :count)**2), k=1, size(conditions, 1)/n_nodal)]
+      most = maxloc(moves, 1)
+      associate (mine => free(n_nodal*(most - 1) + 1:n_nodal*most, :count))
+         call eigen(matmul(mine, transpose(mine)), values, vectors)
+      end associate
+      own = 0
+      do k = 1, n_nodal
+         if (values(k) <= sqrt(tolerance)) own = own + spread(vectors(:, k), 2, n_nodal)*spread(vectors(:, k), 1, n_nodal)
+      end do
+   end subroutine free_part_of
 
    !> Work of the springs of an element on (t, size * r).
    pure subroutine add_springs(x, stiffness, centre, size_of_part, conditions)

@@ -12,7 +12,7 @@ module finshell_volume
    use finshell_acting_load, only: positions
    use finshell_mesh, only: find_element_set, element_set_names
    use finshell_state, only: state_t
-   use finshell_equations, only: equations_t, gather, motion_at
+   use finshell_equations, only: equations_t, motion_at, unknowns_of
    use finshell_external, only: external_t
    use finshell_factor, only: by_load_factor
    use finshell_pressure, only: follower_pressure, enclosed_volume
@@ -122,7 +122,8 @@ contains
             nodal(:, nodes) = nodal(:, nodes) + reshape(caps(:, i), [n_nodal, size(nodes)])
          end associate
       end do
-      call gather(equations, nodal, gradient)
+      call equations%links%fold(nodal)
+      call unknowns_of(equations, nodal, gradient)
       rate = 0
       do i = 1, size(equations%moved)
          rate = rate + dot_product(nodal(:, equations%moved(i)), motion_at(equations, i, by_load_factor, state))

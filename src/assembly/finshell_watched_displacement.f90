@@ -5,30 +5,29 @@ module finshell_watched_displacement
    use finshell_status, only: status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise, text_of
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
-   use finshell_equations, only: equations_t, motion_at
+   use finshell_equations, only: equations_t, motion_at, unknowns_of
    use finshell_factor, only: by_load_factor
+   use finshell_freedoms, only: n_nodal
    use finshell_state, only: state_t
    implicit none
    private
-   public :: watch_displacement, mean_displacement, mean_rate
+   public :: watch_displacement, displacement_gradient, mean_displacement
 
 contains
 
    !> Nodes, derivative with respect to the unknowns (n) and to the load factor. Errors: unknown set, bad component, one that is
    !> held.
-   subroutine watch_displacement(mesh, equations, state, moved_of, node_set, component, nodes, gradient, rate, error)
+   subroutine watch_displacement(mesh, equations, state, node_set, component, nodes, gradient, rate, error)
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      integer, intent(in) :: moved_of(:) !< (nodes) index into equations%moved, 0: not moved
       character(len=*), intent(in) :: node_set
       integer, intent(in) :: component !< 1 to 3, global
       integer, allocatable, intent(inout) :: nodes(:)
       real(wp), allocatable, intent(inout) :: gradient(:)
       real(wp), intent(inout) :: rate
       type(error_t), allocatable, intent(out) :: error
-      integer :: at, i, k, node
-      real(wp) :: share, axis(3)
+      integer :: at
       logical :: moves
 
       at = find_node_set(mesh, node_set)
@@ -43,40 +42,41 @@ contains
          return
       end if
       nodes = mesh%node_sets(at)%members
-      share = 1.0_wp/size(nodes)
-      allocate (gradient(equations%n), source=0.0_wp)
-      rate = mean_rate(equations, state, moved_of, nodes, component)
-      moves = abs(rate) > 0
-      do i = 1, size(nodes)
-         node = nodes(i)
-         axis = 0
-         axis(component) = 1
-         if (equations%frame(node) > 0) axis = equations%frames(component, :, equations%frame(node))
-         do k = 1, 3
-            if (equations%number(k, node) > 0) gradient(equations%number(k, node)) = share*axis(k)
-         end do
-         if (moved_of(node) > 0) moves = moves .or. any(abs(equations%motion(component, moved_of(node), :)) > 0)
-      end do
+      call displacement_gradient(equations, state, nodes, component, gradient, rate, moves)
       if (.not. any(abs(gradient) > 0) .and. .not. moves) &
          call raise(error, status_input_error, "step: displacement "//text_of(component)//" of '"//node_set &
          //"' is held by the supports; monitor one that can move")
    end subroutine watch_displacement
 
-   !> What its nodes that supports move contribute per change of the load factor.
-   pure function mean_rate(equations, state, moved_of, nodes, component) result(rate)
+   !> Derivatives of the mean of a global displacement component with respect to the unknowns and to the load factor.
+   pure subroutine displacement_gradient(equations, state, nodes, component, gradient, rate, moves)
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
-      integer, intent(in) :: moved_of(:), nodes(:), component !< as for `watch_displacement`
-      real(wp) :: rate, share, motion(n_nodal)
-      integer :: i
-      rate = 0
-      share = 1.0_wp/size(nodes)
+      integer, intent(in) :: nodes(:), component !< 1 to 3
+      real(wp), allocatable, intent(inout) :: gradient(:) !< (n)
+      real(wp), intent(out) :: rate
+      logical, intent(out), optional :: moves !< some factor moves it through supports
+      real(wp), allocatable :: nodal(:, :)
+      integer :: i, k
+      allocate (nodal(n_nodal, size(equations%number, 2)), source=0.0_wp)
       do i = 1, size(nodes)
-         if (moved_of(nodes(i)) == 0) cycle
-         motion = motion_at(equations, moved_of(nodes(i)), by_load_factor, state)
-         rate = rate + share*motion(component)
+         nodal(component, nodes(i)) = 1.0_wp/size(nodes)
       end do
-   end function mean_rate
+      call equations%links%fold(nodal)
+      if (.not. allocated(gradient)) allocate (gradient(equations%n))
+      call unknowns_of(equations, nodal, gradient)
+      rate = 0
+      do i = 1, size(equations%moved)
+         rate = rate + dot_product(motion_at(equations, i, by_load_factor, state), nodal(:, equations%moved(i)))
+      end do
+      if (.not. present(moves)) return
+      moves = .false.
+      do k = 1, size(equations%motion, 3)
+         do i = 1, size(equations%moved)
+            moves = moves .or. abs(dot_product(equations%motion(:, i, k), nodal(:, equations%moved(i)))) > 0
+         end do
+      end do
+   end subroutine displacement_gradient
 
    !> Mean of a global displacement component over nodes.
    pure function mean_displacement(state, nodes, component) result(mean)

@@ -3,7 +3,7 @@
 module finshell_dynamic
    use finshell_control, only: constraint_t
    use finshell_dynamic_start, only: begin_dynamic, first_size
-   use finshell_equations, only: gather, free_part
+   use finshell_equations, only: free_part, unknowns_of
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_load_factor, set_factor, set_time
@@ -246,7 +246,7 @@ contains
          call self%method%prepare(base, self%auxiliary, h, inertia)
          rates = step%time%factor_rates(end_time, self%at_start, .false.)
          allocate (x(problem%n))
-         call gather(problem%equations, h*base%velocity + 0.5_wp*h**2*self%auxiliary, x)
+         call unknowns_of(problem%equations, h*base%velocity + 0.5_wp*h**2*self%auxiliary, x)
          problem%state%time = self%begun + end_time ! what follows it goes along with the move
          call problem%move(x, factor - base%load_factor)
          call support_rates(problem%equations, problem%state, rates, .false., inertia%held_velocity, inertia%held_acceleration)

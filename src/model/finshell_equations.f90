@@ -1,31 +1,34 @@
 !> Numbering of the unknowns: which components of which nodes have an equation, in which axes, and what the others are made to do.
 !>
 !> The components of a node are those of finshell_freedoms, in the axes of the node: the global ones, or the columns of
-!> `frames(:, :, frame(node))`. Held components have no equation.
+!> `frames(:, :, frame(node))`. Held components have no equation, and those that depend on others have none (finshell_links).
 module finshell_equations
    use finshell_kinds, only: wp, i1
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
-   use finshell_status, only: status_input_error, status_invalid_argument
+   use finshell_status, only: status_input_error
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_constant_factor, factor_at, slope_of
    use finshell_quaternion, only: quaternion_product, rotation_vector_to_quaternion
-   use finshell_rotation, only: cross_product, tangent_operator
+   use finshell_rotation, only: tangent_operator
    use finshell_held_side, only: find_held_sides
+   use finshell_joint, only: joints_t
+   use finshell_link_builder, only: new_links
+   use finshell_links, only: links_t
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
-   use finshell_state, only: state_t
-   use finshell_support, only: support_t, node_support_t, constrain_displacement, constrain_rotation, settle_axes, &
-      support_components, support_clamp, support_hinge, support_symmetry, axes_global, axes_given, axes_cylindrical
+   use finshell_node_support, only: add_support
+   use finshell_state, only: new_state, state_t
+   use finshell_support, only: support_t, node_support_t, settle_axes
    implicit none
    private
    public :: equations_t, new_equations, anchor, motion_of, motion_at, turn_held, held_rotation, held_change
-   public :: gather, scatter, free_part, largest_turn
+   public :: gather, unknowns_of, scatter, free_part, largest_turn
    public :: field_displacement, field_rotation
 
    integer(i1), parameter :: field_displacement = 1_i1, field_rotation = 2_i1
 
    type :: equations_t
       integer :: n = 0 !< number of equations
-      integer, allocatable :: number(:, :) !< (n_nodal, nodes) equation of each component, 0: held
+      integer, allocatable :: number(:, :) !< (n_nodal, nodes) equation of each component, 0: held, or dependent
       integer(i1), allocatable :: field(:) !< (n) displacement or rotation
       integer, allocatable :: frame(:) !< (nodes) index into frames, 0: global axes
       real(wp), allocatable :: frames(:, :, :) !< (3, 3, :) orthonormal columns
@@ -38,13 +41,14 @@ module finshell_equations
       real(wp), allocatable :: anchor_rotation(:, :), anchor_factor(:)
       type(node_support_t), allocatable :: supported(:) !< what is held, by node (ascending), for messages and checks
       integer, allocatable :: support_of(:) !< (nodes) index into supported, 0: free
+      type(links_t) :: links !< what depends on others
       integer, allocatable :: held(:, :) !< (3, elements) sides that supports hold; unallocated: none (finshell_held_side)
    end type equations_t
 
 contains
 
    !> Number the unknowns of a mesh under its supports. Errors: unknown set, bad axes, contradictory supports.
-   subroutine new_equations(self, mesh, supports, error, turns, factors, step)
+   subroutine new_equations(self, mesh, supports, error, turns, factors, step, joints)
       type(equations_t), intent(out) :: self
       type(mesh_t), intent(in) :: mesh
       type(support_t), intent(in) :: supports(:)
@@ -52,6 +56,7 @@ contains
       logical, intent(in), optional :: turns(:) !< (nodes) whether a node has rotations: those of membranes alone have none
       integer, intent(in), optional :: factors !< that scale loads and supports (finshell_factor)
       integer, intent(in), optional :: step !< whose supports these are, the first by default
+      type(joints_t), intent(in), optional :: joints
       real(wp) :: axes(3, 3)
       logical :: held(n_nodal), global
       integer :: nodes, i, k, frames, many, stage
@@ -59,7 +64,7 @@ contains
       stage = 1
       if (present(step)) stage = step
       nodes = size(mesh%coordinates, 2)
-      call merge_supports(self, mesh, supports, stage, error)
+      call merge_supports(self, mesh, supports, stage, error, joints)
       if (allocated(error)) return
       if (present(turns)) call refuse_rotations(self, turns, error)
       if (allocated(error)) return
@@ -83,6 +88,11 @@ contains
          self%frame(self%supported(i)%node) = frames
       end do
       self%frames = self%frames(:, :, :frames)
+      many = by_constant_factor
+      if (present(factors)) many = factors
+      call find_motion(self, max(many, maxval(supports%scaling)))
+      if (present(joints)) call new_links(self%links, joints, mesh, self%number, self%frame, self%moved, self%motion, error)
+      if (allocated(error)) return
 
       allocate (self%field(count(self%number == 1)))
       do i = 1, nodes
@@ -97,11 +107,18 @@ contains
          call raise(error, status_input_error, 'supports: every component of every node is held; nothing is left to solve for')
          return
       end if
-      many = by_constant_factor
-      if (present(factors)) many = factors
-      call find_motion(self, max(many, maxval(supports%scaling)))
+      call refresh_links(self, nodes)
       call find_held_sides(mesh, self%supported, self%support_of, self%held)
    end subroutine new_equations
+
+   !> Links as in the reference state.
+   pure subroutine refresh_links(self, nodes)
+      type(equations_t), intent(inout) :: self
+      integer, intent(in) :: nodes
+      type(state_t) :: reference
+      call new_state(reference, nodes)
+      call self%links%refresh(reference)
+   end subroutine refresh_links
 
    !> Nodes of membranes alone have no rotations: a support that prescribes one there is an error. One that holds it is not, as
    !> planes of symmetry do; of rigid-body motions it says the same as for a shell.
@@ -120,19 +137,21 @@ contains
       end do
    end subroutine refuse_rotations
 
-   !> Collect the constraints of all supports, node by node.
-   subroutine merge_supports(self, mesh, supports, step, error)
+   !> Collect the constraints of all supports, node by node. What holds a node that is where its master is holds the master.
+   subroutine merge_supports(self, mesh, supports, step, error, joints)
       type(equations_t), intent(inout) :: self
       type(mesh_t), intent(in) :: mesh
       type(support_t), intent(in) :: supports(:)
       integer, intent(in) :: step
       type(error_t), allocatable, intent(inout) :: error
-      integer, allocatable :: set_of(:)
+      type(joints_t), intent(in), optional :: joints
+      integer, allocatable :: set_of(:), bearer(:, :)
       integer :: s, i, node, nodes, found
 
       nodes = size(mesh%coordinates, 2)
       allocate (self%support_of(nodes), source=0)
       allocate (set_of(size(supports)))
+      call find_bearers(nodes, bearer, joints)
       do s = 1, size(supports)
          set_of(s) = find_node_set(mesh, supports(s)%node_set)
          if (set_of(s) == 0) then
@@ -140,7 +159,10 @@ contains
                //"'; it has: "//node_set_names(mesh))
             return
          end if
-         if (supports(s)%span%covers(step)) self%support_of(mesh%node_sets(set_of(s))%members) = 1
+         if (.not. supports(s)%span%covers(step)) cycle
+         do i = 1, 2
+            self%support_of(bearer(i, mesh%node_sets(set_of(s))%members)) = 1
+         end do
       end do
       allocate (self%supported(count(self%support_of > 0)))
       found = 0
@@ -154,7 +176,15 @@ contains
          if (.not. supports(s)%span%covers(step)) cycle
          do i = 1, size(mesh%node_sets(set_of(s))%members)
             node = mesh%node_sets(set_of(s))%members(i)
-            call add_support(self%supported(self%support_of(node)), supports(s), mesh%coordinates(:, node), error)
+            if (bearer(1, node) == bearer(2, node)) then
+               call add_support(self%supported(self%support_of(bearer(1, node))), supports(s), mesh%coordinates(:, node), &
+                                [.true., .true.], error)
+            else
+               call add_support(self%supported(self%support_of(bearer(1, node))), supports(s), mesh%coordinates(:, node), &
+                                [.true., .false.], error)
+               if (.not. allocated(error)) call add_support(self%supported(self%support_of(bearer(2, node))), supports(s), &
+                                                            mesh%coordinates(:, node), [.false., .true.], error)
+            end if
             if (.not. allocated(error)) cycle
             error%message = "support of '"//supports(s)%node_set//"': "//error%message
             return
@@ -162,92 +192,31 @@ contains
       end do
    end subroutine merge_supports
 
-   !> The constraints of one support at one node.
-   subroutine add_support(self, support, position, error)
-      type(node_support_t), intent(inout) :: self
-      type(support_t), intent(in) :: support
-      real(wp), intent(in) :: position(3)
-      type(error_t), allocatable, intent(inout) :: error
-      real(wp) :: axes(3, 3), normal(3), first(3), second(3)
-      logical :: fixed(n_nodal)
-      real(wp) :: value(n_nodal)
-      integer :: k
-
-      fixed = support%fixed
-      value = support%value
-      select case (support%kind)
-      case (support_components)
-      case (support_clamp)
-         fixed = .true.
-      case (support_hinge)
-         fixed = .false.
-         fixed(ux:uz) = .true.
-      case (support_symmetry)
-         if (norm2(support%normal) <= 0) then
-            call raise(error, status_invalid_argument, 'a symmetry plane needs a normal; (0, 0, 0) was given')
-            return
-         end if
-         normal = support%normal/norm2(support%normal)
-         first = 0
-         first(minloc(abs(normal), 1)) = 1
-         first = first - dot_product(first, normal)*normal
-         first = first/norm2(first)
-         second = cross_product(normal, first)
-         call constrain_displacement(self, normal, 0.0_wp, by_constant_factor, error)
-         if (.not. allocated(error)) call constrain_rotation(self, first, 0.0_wp, by_constant_factor, error)
-         if (.not. allocated(error)) call constrain_rotation(self, second, 0.0_wp, by_constant_factor, error)
-         return
-      case default
-         call raise(error, status_invalid_argument, 'unknown kind of support '//text_of(support%kind))
-         return
-      end select
-
-      call support_axes(support, position, self%node, axes, error)
-      do k = 1, 3
-         if (allocated(error)) return
-         if (fixed(k)) call constrain_displacement(self, axes(:, k), value(k), support%scaling, error)
-         if (allocated(error)) return
-         if (fixed(uz + k)) call constrain_rotation(self, axes(:, k), value(uz + k), support%scaling, error)
+   !> (2, nodes) Nodes on which supports of a node act: of its displacement, of its rotation.
+   pure subroutine find_bearers(nodes, bearer, joints)
+      integer, intent(in) :: nodes
+      integer, allocatable, intent(out) :: bearer(:, :)
+      type(joints_t), intent(in), optional :: joints
+      integer :: i, j, part, steps
+      allocate (bearer(2, nodes))
+      bearer = spread([(i, i=1, nodes)], 1, 2)
+      if (.not. present(joints)) return
+      do j = 1, size(joints%list)
+         associate (joint => joints%list(j))
+            if (joint%masters > 1 .or. joint%on_arm) cycle
+            bearer(1, joint%node) = joint%master(1)
+            if (joint%turns) bearer(2, joint%node) = joint%master(1)
+         end associate
       end do
-   end subroutine add_support
-
-   !> The axes of a support at a position, as columns.
-   subroutine support_axes(support, position, node, axes, error)
-      type(support_t), intent(in) :: support
-      real(wp), intent(in) :: position(3)
-      integer, intent(in) :: node
-      real(wp), intent(out) :: axes(3, 3)
-      type(error_t), allocatable, intent(inout) :: error
-      real(wp), parameter :: identity(3, 3) = reshape(real([1, 0, 0, 0, 1, 0, 0, 0, 1], wp), [3, 3])
-      real(wp) :: radius(3), axis(3)
-
-      axes = identity
-      select case (support%axes_kind)
-      case (axes_global)
-      case (axes_given)
-         axes = support%axes
-         if (maxval(abs(matmul(transpose(axes), axes) - identity)) > 1.0e-8_wp) &
-            call raise(error, status_invalid_argument, 'the axes are not orthonormal')
-      case (axes_cylindrical)
-         if (norm2(support%axis) <= 0) then
-            call raise(error, status_invalid_argument, 'cylindrical axes need a direction of the line; (0, 0, 0) was given')
-            return
-         end if
-         axis = support%axis/norm2(support%axis)
-         radius = position - support%origin
-         radius = radius - dot_product(radius, axis)*axis
-         if (norm2(radius) <= 1.0e-9_wp*norm2(position - support%origin) .or. norm2(radius) <= 0) then
-            call raise(error, status_invalid_argument, 'node '//text_of(node)//' lies on the line of the cylindrical axes, where ' &
-               //'the radial direction is not defined')
-            return
-         end if
-         axes(:, 1) = radius/norm2(radius)
-         axes(:, 3) = axis
-         axes(:, 2) = cross_product(axes(:, 3), axes(:, 1))
-      case default
-         call raise(error, status_invalid_argument, 'unknown kind of axes '//text_of(support%axes_kind))
-      end select
-   end subroutine support_axes
+      do part = 1, 2
+         do i = 1, nodes
+            do steps = 1, size(joints%list) ! a circle is refused later
+               if (bearer(part, i) == bearer(part, bearer(part, i))) exit
+               bearer(part, i) = bearer(part, bearer(part, i))
+            end do
+         end do
+      end do
+   end subroutine find_bearers
 
    !> List the nodes whose held components are moved.
    subroutine find_motion(self, factors)
@@ -362,8 +331,20 @@ contains
       end do
    end function held_change
 
-   !> Global nodal vectors (n_nodal, nodes) to the equations: components in node axes, held ones left out.
+   !> Nodal forces (n_nodal, nodes), global, to the equations: those on dependent components go to what these depend on.
    pure subroutine gather(self, nodal, x)
+      type(equations_t), intent(in) :: self
+      real(wp), intent(in) :: nodal(:, :)
+      real(wp), intent(out) :: x(:) !< (n)
+      if (self%links%any()) then
+         call unknowns_of(self, self%links%folded(nodal), x)
+      else
+         call unknowns_of(self, nodal, x)
+      end if
+   end subroutine gather
+
+   !> Nodal motions to the equations: components in node axes, held and dependent ones left out.
+   pure subroutine unknowns_of(self, nodal, x)
       type(equations_t), intent(in) :: self
       real(wp), intent(in) :: nodal(:, :)
       real(wp), intent(out) :: x(:) !< (n)
@@ -379,9 +360,9 @@ contains
             if (self%number(k, i) > 0) x(self%number(k, i)) = local(k)
          end do
       end do
-   end subroutine gather
+   end subroutine unknowns_of
 
-   !> Equations to global nodal vectors (n_nodal, nodes): held components are zero.
+   !> Equations to nodal motions (n_nodal, nodes), global: held components are zero.
    pure subroutine scatter(self, x, nodal)
       type(equations_t), intent(in) :: self
       real(wp), intent(in) :: x(:) !< (n)
@@ -399,16 +380,18 @@ contains
             nodal(rx:rz, i) = matmul(self%frames(:, :, self%frame(i)), local(rx:rz))
          end if
       end do
+      call self%links%extend(nodal)
    end subroutine scatter
 
-   !> Nodal vectors (n_nodal, nodes) without their held components.
+   !> Nodal vectors (n_nodal, nodes) without their held components; dependent ones stay as they are.
    pure function free_part(self, nodal) result(free)
       type(equations_t), intent(in) :: self
       real(wp), intent(in) :: nodal(:, :)
       real(wp) :: free(n_nodal, size(nodal, 2))
       real(wp) :: x(self%n)
-      call gather(self, nodal, x)
+      call unknowns_of(self, nodal, x)
       call scatter(self, x, free)
+      if (self%links%any()) free = merge(nodal, free, self%links%row > 0)
    end function free_part
 
    !> Largest rotation (radian) of a node in a correction x of the unknowns and of factors.

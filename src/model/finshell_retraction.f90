@@ -13,7 +13,7 @@
 module finshell_retraction
    use finshell_kinds, only: wp
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
-   use finshell_equations, only: equations_t, gather, scatter
+   use finshell_equations, only: equations_t, scatter, unknowns_of
    use finshell_mesh, only: mesh_t
    use finshell_quaternion, only: quaternion_to_rotation_vector
    use finshell_rotation, only: cross_product
@@ -82,7 +82,7 @@ contains
       allocate (x(equations%n), more(n_nodal, size(nodal, 2)))
       more(ux:uz, :) = 0
       more(rx:rz, :) = self%beyond(mesh, from%displacement, nodal)
-      call gather(equations, more, x)
+      call unknowns_of(equations, more, x)
       call scatter(equations, x, more)
       nodal(rx:rz, :) = nodal(rx:rz, :) + part*more(rx:rz, :)
    end subroutine turn_on
@@ -100,7 +100,7 @@ contains
       call scatter(equations, x, nodal)
       nodal(rx:rz, :) = self%transported(mesh, old%displacement, new%displacement, nodal)
       nodal(ux:uz, :) = 0
-      call gather(equations, nodal, change)
+      call unknowns_of(equations, nodal, change)
       x = x + change
    end subroutine transport
 

@@ -1,5 +1,6 @@
 !> The model: mesh, sections, supports and loads. It is built once and then only read.
 module finshell_structure
+   use finshell_joint, only: joints_t
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t
    use finshell_section, only: section_t, formulation_s
@@ -21,6 +22,7 @@ module finshell_structure
       real(wp), allocatable :: normal(:, :, :)
       type(support_t), allocatable :: supports(:)
       type(load_t), allocatable :: loads(:)
+      type(joints_t), allocatable :: joints !< unallocated: none
       integer :: cases = 0 !< factors of loads and supports, beside that of the first case, which has no name
       type(follower_t), allocatable :: followers(:) !< those of them that follow tables; unallocated: none
    end type structure_t
@@ -48,12 +50,19 @@ contains
       membrane = structure%sections(structure%element_section(element))%membrane
    end function is_membrane
 
-   !> (nodes) Those that have rotations: of an element that has.
+   !> (nodes) Those that have rotations: of an element that has, or of no element with a node that goes with its rotation.
    pure function turning_nodes(structure) result(turns)
       type(structure_t), intent(in) :: structure
       logical :: turns(size(structure%mesh%coordinates, 2))
-      integer :: e
+      integer :: e, j
       turns = .false.
+      if (allocated(structure%joints)) then
+         do j = 1, size(structure%joints%list)
+            associate (joint => structure%joints%list(j))
+               if (joint%masters == 1 .and. (joint%on_arm .or. joint%turns)) turns(joint%master(1)) = .true.
+            end associate
+         end do
+      end if
       do e = 1, size(structure%mesh%triangles, 2)
          if (.not. is_membrane(structure, e)) turns(structure%mesh%triangles(:, e)) = .true.
       end do

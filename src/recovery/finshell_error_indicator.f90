@@ -17,6 +17,7 @@ module finshell_error_indicator
    use finshell_status, only: status_ok
    use finshell_strain_batch, only: element_strains_t, recover_strains, strain_points
    use finshell_strain_patch, only: n_strains, new_surroundings, smooth_strain, surroundings_t
+   use finshell_watched_displacement, only: displacement_gradient
    implicit none
    private
    public :: indicator_t, goal_t, estimate_error, estimate_goal_error, monitor_gradient
@@ -153,20 +154,8 @@ contains
       type(equilibrium_t), intent(in) :: problem
       integer, intent(in) :: nodes(:), component !< 1 to 3, global
       real(wp), allocatable, intent(out) :: gradient(:) !< (problem%n)
-      real(wp) :: axis(3)
-      integer :: i, k
-      allocate (gradient(problem%n), source=0.0_wp)
-      associate (equations => problem%equations)
-         do i = 1, size(nodes)
-            axis = 0
-            axis(component) = 1
-            if (equations%frame(nodes(i)) > 0) axis = equations%frames(component, :, equations%frame(nodes(i)))
-            do k = 1, 3
-               if (equations%number(k, nodes(i)) > 0) &
-                  gradient(equations%number(k, nodes(i))) = gradient(equations%number(k, nodes(i))) + axis(k)/size(nodes)
-            end do
-         end do
-      end associate
+      real(wp) :: rate
+      call displacement_gradient(problem%equations, problem%state, nodes, component, gradient, rate)
    end subroutine monitor_gradient
 
    !> Strains of all elements at a state, and the stiffness of their sections.

@@ -28,6 +28,7 @@ module finshell_input
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
+   use finshell_input_joint, only: check_joints, read_joints
    use finshell_input_node, only: add_nodes
    use finshell_input_output, only: read_monitor, read_output
    implicit none
@@ -35,8 +36,8 @@ module finshell_input
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node, node_set, element_set, material, section, support, load, amplitude, step, initial_velocity, imperfection, ' &
-      //'monitor, output, accuracy'
+      'job, mesh, node, node_set, element_set, material, section, support, tie, rigid_body, equal, equation, load, amplitude, ' &
+      //'step, initial_velocity, imperfection, monitor, output, accuracy'
 
    !> All that an input file says.
    type :: input_t
@@ -143,7 +144,9 @@ contains
       end if
       if (.not. allocated(error)) call add_nodes(namelist, input%structure%mesh, error)
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
+      call read_joints(namelist, input%structure, error)
       if (.not. allocated(error)) call translate_supports(namelist, input, error)
+      call check_joints(input%structure, input%file, error)
       if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
       if (.not. allocated(error)) call translate_output(namelist, input, error)
    end subroutine translate
