@@ -69,7 +69,7 @@ contains
       real(wp) :: coefficient(most_unknowns)
       if (allocated(error) .or. .not. allocated(structure%joints)) return
       call new_equations(equations, structure%mesh, structure%supports, refusal, turning_nodes(structure), &
-                         number_of_factors(structure%cases), structure%joints)
+                         number_of_factors(structure%cases), joints=structure%joints)
       if (allocated(refusal)) then
          if (index(refusal%message, file//':') /= 1) refusal%message = file//': '//refusal%message
          call raise(error, refusal%code, refusal%message)
