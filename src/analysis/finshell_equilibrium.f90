@@ -7,8 +7,7 @@
 module finshell_equilibrium
    use finshell_kinds, only: wp
    use finshell_freedoms, only: n_nodal
-   use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
-      status_invalid_argument, status_input_error
+   use finshell_status, only: status_ok, status_input_error, status_not_a_number, status_not_converged, status_singular_matrix
    use finshell_error, only: error_t, raise
    use finshell_batch, only: n_resultants
    use finshell_mesh, only: elements_at, mesh_size, mean_side
@@ -16,7 +15,7 @@ module finshell_equilibrium
    use finshell_retraction, only: retraction_t, new_retraction
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, turn_held
+   use finshell_equations, only: equations_t, field_pressure, new_equations, gather, scatter, largest_turn, turn_held
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, &
       number_of_factors, set_factor, scaled_sum
@@ -24,6 +23,7 @@ module finshell_equilibrium
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
    use finshell_symmetric_part, only: symmetric_part_t
+   use finshell_tangent_factors, only: tangent_factors_t
    use finshell_load_terms, only: add_turning, add_motion
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t, stress_kept, stress_own
@@ -47,7 +47,7 @@ module finshell_equilibrium
       type(external_t) :: external
       type(linear_solver_t) :: solver
       type(symmetric_part_t) :: half !< of an unsymmetric matrix, for descents
-      logical, private :: by_half = .false. !< it is what was factorised last
+      type(tangent_factors_t), private :: factors !< what was factorised last
       real(wp), allocatable :: internal_force(:, :) !< (n_nodal, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (n_nodal, nodes); reactions are internal minus external force
       type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
@@ -133,18 +133,20 @@ contains
       self%limp = any(structure%sections%membrane)
       self%crumples = any(structure%sections%membrane .and. .not. structure%sections%wrinkling)
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
-      self%n = self%equations%n
-      self%field = self%equations%field
+      self%n = self%equations%n + self%external%chambers%n
+      self%field = [self%equations%field, spread(field_pressure, 1, self%external%chambers%n)]
+      self%confined = .not. self%external%chambers%yields()
       self%size = mesh_size(structure%mesh)
       self%slenderness = minval(structure%sections%thickness)/self%size
       self%detail = mean_side(structure%mesh)
       call new_retraction(self%retraction, structure)
-      self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
+      self%weight = [lumped_weight(structure%mesh, self%equations, self%detail), spread(0.0_wp, 1, self%external%chambers%n)]
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, by_constant_factor)) > 0)
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force, self%moved_of)
       if (allocated(self%ground)) deallocate (self%ground)
+      if (allocated(self%compliance)) deallocate (self%compliance, self%inflow, self%gradient)
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       self%entry = entry_t()
@@ -154,7 +156,7 @@ contains
       allocate (self%moved_of(nodes), source=0)
       self%moved_of(self%equations%moved) = [(i, i=1, size(self%equations%moved))]
       self%moved_elements = elements_at(structure%mesh, self%moved_of > 0)
-      call new_state(self%state, nodes, structure%cases)
+      call new_state(self%state, nodes, structure%cases + self%external%chambers%n)
       self%base = self%state
       self%iterate = self%state
       self%factor_of_case = [by_load_factor, (by_case + i, i=1, structure%cases)]
@@ -183,6 +185,8 @@ contains
       real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
       real(wp) :: levels(2), part
       integer :: status, bad_element, active
+      if (self%condensed) call self%external%chambers%follow(self%structure, self%equations, self%state, error)
+      if (allocated(error)) return
       if (tangent) then
          self%assemblies = self%assemblies + 1
          call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, self%values, &
@@ -225,21 +229,26 @@ contains
             self%internal_force, out_of_balance, toward)
          self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
          out_of_balance = out_of_balance + unit_force(:, :, active)
-         call gather(self%equations, out_of_balance, self%rate)
+         call gather(self%equations, out_of_balance, self%rate(:self%equations%n))
+         call self%external%chambers%linearise(self%equations, self%state, active, unit_force, self%gradient, self%compliance, &
+            self%inflow, self%rate(self%equations%n + 1:))
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
-            self%structure, self%equations, self%state, self%watched, self%watched_rate)
+            self%structure, self%equations, self%state, self%watched(:self%equations%n), self%watched_rate)
       end if
       if (allocated(self%inertia)) call self%inertia%act(self%structure, self%equations, self%assembly, self%base, self%state, &
          self%external_force, tangent, merge(self%diagonal, 0, leads(self%team)), self%values)
       out_of_balance = self%external_force - self%internal_force
       self%entry%reaction = -motion_times(self%equations, self%state, active, out_of_balance)
-      call gather(self%equations, out_of_balance, self%residual)
+      call gather(self%equations, out_of_balance, self%residual(:self%equations%n))
+      call self%external%chambers%equilibrium(self%structure, self%equations, self%state, self%residual(self%equations%n + 1:), &
+         self%misfit, error)
       levels = force_levels(self%equations, scaled_sum(self%state, unit_force), out_of_balance, unit_force(:, :, unscaled:))
       if (allocated(self%inertia)) levels = max(levels, self%inertia%level)
       self%force_level = levels(1)
       self%moment_level = levels(2)
       if (.not. self%drag > 0) return
-      if (tangent .and. leads(self%team)) self%values(self%diagonal) = self%values(self%diagonal) + self%drag*self%weight
+      if (tangent .and. leads(self%team)) self%values(self%diagonal) = self%values(self%diagonal) &
+         + self%drag*self%weight(:self%equations%n)
       call self%resist()
    end subroutine evaluate_toward
 
@@ -262,22 +271,11 @@ contains
       class(equilibrium_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: damping
-      real(wp), allocatable :: damped(:)
-      real(wp) :: a
-      a = 0
-      if (present(damping)) a = damping
-      self%by_half = a > 0 .and. self%half%exists()
-      if (a > 0) then
-         damped = self%values
-         if (leads(self%team)) damped(self%diagonal) = damped(self%diagonal) + a*self%weight
-         if (self%by_half) call self%half%factorise(damped, error)
-         if (.not. self%by_half) call self%solver%factorise(damped, error)
-      else
-         call self%solver%factorise(self%values, error)
-      end if
-      self%negative_pivots = merge(self%half%solver%negative_pivots, self%solver%negative_pivots, self%by_half)
-      self%determinant_sign = merge(self%half%solver%determinant_sign, self%solver%determinant_sign, self%by_half)
-      if (.not. allocated(error) .or. self%by_half) return
+      call self%factors%factorise(self%solver, self%half, self%values, self%diagonal, self%weight, damping, self%gradient, &
+                                  self%compliance, self%team, error)
+      self%negative_pivots = self%factors%negative_pivots
+      self%determinant_sign = self%factors%determinant_sign
+      if (.not. allocated(error) .or. self%factors%by_half) return
       if (error%code == status_singular_matrix .and. allocated(self%solver%null_vector)) &
          error%message = name_mode(self%structure%mesh, self%equations, self%solver%null_vector)
    end subroutine factorise
@@ -287,11 +285,7 @@ contains
       real(wp), intent(in), contiguous :: b(:)
       real(wp), intent(out), contiguous :: x(:)
       type(error_t), allocatable, intent(out) :: error
-      if (self%by_half) then
-         call self%half%solver%solve(b, x, error)
-      else
-         call self%solver%solve(b, x, error)
-      end if
+      call self%factors%solve(self%solver, self%half, b, x, error)
    end subroutine solve
 
    !> Displacements add, spins turn; held components follow the factor.
@@ -319,6 +313,7 @@ contains
       call self%retraction%turn_on(self%structure%mesh, self%equations, self%state, 1.0_wp, nodal)
       call move_state(self%state, nodal)
       call turn_held(self%equations, self%state)
+      call self%external%chambers%move(self%state, x(self%equations%n + 1:))
    end subroutine move
 
    !> From base to state: displacements, and the rotation vectors of the relative rotations.
@@ -328,13 +323,14 @@ contains
       real(wp), allocatable :: nodal(:, :)
       nodal = motion_between(self%base, self%state)
       call self%retraction%turn_on(self%structure%mesh, self%equations, self%base, -1.0_wp, nodal)
-      call gather(self%equations, nodal, x)
+      call gather(self%equations, nodal, x(:self%equations%n))
+      x(self%equations%n + 1:) = self%external%chambers%moved(self%base, self%state)
    end subroutine increment
 
    subroutine transport(self, x)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(inout) :: x(:)
-      call self%retraction%transport(self%structure%mesh, self%equations, self%base, self%state, x)
+      call self%retraction%transport(self%structure%mesh, self%equations, self%base, self%state, x(:self%equations%n))
    end subroutine transport
 
    pure function largest_rotation(self, x, factor_change, scaling) result(angle)
@@ -350,15 +346,20 @@ contains
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: x(:)
       real(wp), intent(out), optional :: added(:)
-      call gather(self%equations, size_of_motion(self%structure, self%state), x)
-      if (present(added)) call self%solver%magnitude(x, added)
+      x = 0
+      call gather(self%equations, size_of_motion(self%structure, self%state), x(:self%equations%n))
+      if (present(added)) added = 0
+      if (present(added)) call self%solver%magnitude(x(:self%equations%n), added(:self%equations%n))
    end subroutine magnitude
 
    !> See finshell_fictitious_mass.
    subroutine fictitious_masses(self, mass)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: mass(:)
-      mass = fictitious_mass(self%equations, self%detail, self%solver, self%values)
+      mass = 1
+      associate (e => self%equations)
+         mass(:e%n) = fictitious_mass(e, self%detail, self%solver, self%values, self%gradient, self%compliance)
+      end associate
    end subroutine fictitious_masses
 
    !> Monitor the mean of a global displacement component over a node set.
@@ -371,6 +372,7 @@ contains
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       call watch_displacement(self%structure%mesh, self%equations, self%moved_of, node_set, component, self%watched_nodes, &
                               self%watched, self%watched_rate, error)
+      self%watched = [self%watched, spread(0.0_wp, 1, self%external%chambers%n)]
       self%watched_component = component
    end subroutine watch
 
@@ -384,7 +386,8 @@ contains
       call new_volume(self%watched_volume, self%structure, self%equations, self%external, error, element_set)
       if (allocated(error)) return
       allocate (self%watched(self%n), source=0.0_wp)
-      call self%watched_volume%gradient(self%structure, self%equations, self%state, self%watched, self%watched_rate)
+      call self%watched_volume%gradient(self%structure, self%equations, self%state, self%watched(:self%equations%n), &
+         self%watched_rate)
    end subroutine watch_volume
 
    function monitored(self, state) result(value)

@@ -173,7 +173,8 @@ contains
       do i = 1, most
          turned = 0*motion
          call turn_moments(moments, -motion, turned)
-         call gather(problem%equations, turned, t)
+         t = 0
+         call gather(problem%equations, turned, t(:problem%equations%n))
          call problem%solve(b + t, y, error)
          if (allocated(error)) return
          call scatter(problem%equations, y, motion)

@@ -198,8 +198,14 @@ contains
       type(external_t) :: external
       type(error_t), allocatable :: refusal
       integer :: i
+      do i = 1, size(input%structure%chambers)
+         if (index(error%message, "chamber '"//input%structure%chambers(i)%name//"': ") /= 1) cycle
+         error%message = text_of(input%chamber_lines(i))//': &'//error%message
+         return
+      end do
       if (index(error%message, 'load: ') /= 1) return
       alone = input%structure
+      deallocate (alone%chambers)
       do i = 1, size(input%structure%loads)
          alone%loads = input%structure%loads(i:i)
          call new_external(external, alone, problem%equations, refusal)

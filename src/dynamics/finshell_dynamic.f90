@@ -240,8 +240,8 @@ contains
       associate (inertia => problem%inertia, base => problem%base)
          call self%method%prepare(base, self%auxiliary, h, inertia)
          rates = factor_rates(step%time, end_time, self%at_start, .false.)
-         allocate (x(problem%n))
-         call gather(problem%equations, h*base%velocity + 0.5_wp*h**2*self%auxiliary, x)
+         allocate (x(problem%n), source=0.0_wp)
+         call gather(problem%equations, h*base%velocity + 0.5_wp*h**2*self%auxiliary, x(:problem%equations%n))
          call problem%move(x, factor - base%load_factor)
          call support_rates(problem%equations, problem%state, rates, inertia%held_velocity, inertia%held_acceleration)
       end associate

@@ -4,6 +4,7 @@ module finshell_structure
    use finshell_mesh, only: mesh_t
    use finshell_section, only: section_t, formulation_s
    use finshell_support, only: support_t
+   use finshell_chamber, only: chamber_t
    use finshell_load, only: load_t
    implicit none
    private
@@ -20,6 +21,7 @@ module finshell_structure
       real(wp), allocatable :: normal(:, :, :)
       type(support_t), allocatable :: supports(:)
       type(load_t), allocatable :: loads(:)
+      type(chamber_t), allocatable :: chambers(:) !< unallocated: none
       integer :: cases = 0 !< of loads and supports, beside the first, which has no name
    end type structure_t
 

@@ -156,7 +156,7 @@ contains
       type(step_t), intent(in) :: step
       type(attempt_t), intent(in) :: attempt
       yes = step%fallback .and. step%control == control_load .and. attempt%control == control_load .and. .not. attempt%relaxes &
-         .and. step%snap /= snap_refuse .and. allocated(problem%weight) .and. self%falls < most_falls
+         .and. step%snap /= snap_refuse .and. allocated(problem%weight) .and. .not. problem%confined .and. self%falls < most_falls
    end function may_fall_back
 
    !> Choose what the next increment prescribes.

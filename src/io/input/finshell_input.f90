@@ -23,6 +23,7 @@ module finshell_input
    use finshell_factor, only: by_constant_factor
    use finshell_input_case, only: find_cases, name_t
    use finshell_input_initial_velocity, only: add_initial_velocity
+   use finshell_input_chamber, only: read_chamber
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
@@ -32,7 +33,8 @@ module finshell_input
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node_set, element_set, material, section, support, load, step, initial_velocity, monitor, output, accuracy'
+      'job, mesh, node_set, element_set, material, section, support, load, chamber, step, initial_velocity, monitor, output, ' &
+      //'accuracy'
 
    !> All that an input file says.
    type :: input_t
@@ -46,7 +48,7 @@ module finshell_input
       type(structure_t) :: structure
       type(step_t), allocatable :: steps(:)
       type(name_t), allocatable :: cases(:) !< of loads and supports
-      integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
+      integer, allocatable :: load_lines(:), chamber_lines(:), step_lines(:) !< where loads, chambers and steps stand in the file
       real(wp), allocatable :: velocity(:, :) !< (n_nodal, nodes) and spins at the beginning of the first step in time
       type(monitor_t), allocatable :: monitors(:)
       type(output_t) :: output
@@ -255,7 +257,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       integer :: i, n
 
-      allocate (input%structure%loads(0))
+      allocate (input%structure%loads(0), input%structure%chambers(0), input%chamber_lines(0))
       allocate (input%steps(count_groups(namelist, 'step')), input%load_lines(0), input%step_lines(0))
       n = 0
       do i = 1, size(namelist%groups)
@@ -263,6 +265,9 @@ contains
          case ('load')
             call read_load(namelist%groups(i), input%structure, input%cases, error)
             input%load_lines = [input%load_lines, namelist%groups(i)%line]
+         case ('chamber')
+            call read_chamber(namelist%groups(i), input%structure, input%cases, error)
+            input%chamber_lines = [input%chamber_lines, namelist%groups(i)%line]
          case ('step')
             n = n + 1
             call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%cases, input%preset, &
@@ -277,6 +282,7 @@ contains
          if (allocated(error)) return
       end do
       call check_ways(namelist, input%steps, any(input%structure%loads%scaling == by_constant_factor) &
+                      .or. any(input%structure%chambers%scaling == by_constant_factor) &
                       .or. any(input%structure%supports%scaling == by_constant_factor), error)
    end subroutine translate_loads_and_steps
 
