@@ -356,10 +356,7 @@ contains
    subroutine fictitious_masses(self, mass)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: mass(:)
-      mass = 1
-      associate (e => self%equations)
-         mass(:e%n) = fictitious_mass(e, self%detail, self%solver, self%values, self%gradient, self%compliance)
-      end associate
+      mass = fictitious_mass(self%equations, self%detail, self%solver, self%values, self%gradient, self%compliance)
    end subroutine fictitious_masses
 
    !> Monitor the mean of a global displacement component over a node set.

@@ -24,7 +24,7 @@ contains
       type(linear_solver_t), intent(in) :: solver !< of the pattern
       real(wp), intent(in) :: values(:) !< of K
       real(wp), intent(in), optional :: gradient(:, :), compliance(:) !< of chambers, which add g g^T/compliance to K
-      real(wp) :: mass(equations%n)
+      real(wp), allocatable :: mass(:) !< of the equations; 1 of each pressure, which has no motion
       real(wp) :: bound(equations%n), unit(equations%n)
       integer :: c, i, k, first
       unit = merge(1.0_wp, 1/detail, equations%field == field_displacement)
@@ -45,5 +45,6 @@ contains
             end do
          end do
       end do
+      if (present(compliance)) mass = [mass, spread(1.0_wp, 1, size(compliance))]
    end function fictitious_mass
 end module finshell_fictitious_mass

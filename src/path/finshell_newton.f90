@@ -20,7 +20,6 @@ module finshell_newton
    use finshell_problem, only: problem_t, stress_kept, stress_own, stress_predicted
    use finshell_step, only: convergence_t, control_load, control_volume, mixed_always, mixed_auto
    use finshell_control, only: constraint_t, factor_change, arc_product
-   use finshell_balance, only: tangent_of
    use finshell_newton_result, only: newton_result_t, give_up
    use finshell_convergence, only: residual_ratio, correction_ratio, field_norms
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -55,7 +54,7 @@ contains
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:), stress(:, :)
       real(wp) :: change, scale, angle, earlier(2), before
-      logical :: complete, likely, guess, rounded, reached, mixed, choose
+      logical :: complete, likely, guess, rounded, reached, mixed, choose, forces_only
 
       allocate (x(problem%n), increment(problem%n))
       earlier = huge(1.0_wp)
@@ -93,11 +92,9 @@ contains
          if (result%iterations == 1) then
             result%first_change = change
             if (allocated(result%x_t)) then
-               result%first = tangent_of(result%x_t, problem%rate, problem%motion_stiffness, problem%field, change, &
-                                      problem%compliance, problem%inflow)
+               result%first = problem%tangent_along(result%x_t, change)
             else if (abs(change) > 0) then
-               result%first = tangent_of(x/change, problem%rate, problem%motion_stiffness, problem%field, change, &
-                                      problem%compliance, problem%inflow)
+               result%first = problem%tangent_along(x/change, change)
             end if
          end if
          if (problem%limp .and. .not. problem%crumples .and. constraint%control == control_load) then
@@ -120,7 +117,7 @@ contains
             mixed = mixed .and. (choose .or. settings%mixed == mixed_always)
          end if
          if (present(stable) .and. result%first_rotation > too_soft) then
-            if (stable .and. problem%negative_pivots > 0 .and. result%iterations > 1) then
+            if (stable .and. problem%negative_pivots > 0 .and. result%iterations > 1 .and. .not. problem%fills()) then
                call give_up(result, status_not_converged, 'the structure is unstable on the way from rest')
                return
             end if
@@ -139,6 +136,7 @@ contains
             return
          end if
          reached = met(problem, constraint, settings%correction)
+         forces_only = likely .and. guess
          likely = likely .and. reached
          result%converged = likely .and. result%residual <= settings%residual
          if (.not. result%converged) then
@@ -166,10 +164,10 @@ contains
             call problem%back_to_iterate()
             call problem%move(scale*x, scale*change, stress_predicted, stress, constraint%scaling)
             call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
-         else if (likely .and. guess) then
+         else if (forces_only) then
             call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
          end if
-         if (likely) guess = .false.
+         if (forces_only) guess = .false.
          if (choose) mixed = is_wild(result%residual)
          if (allocated(error)) then
             call give_up(result, error%code, error%message)
@@ -273,8 +271,7 @@ contains
          call problem%solve(problem%rate, x, error)
          if (allocated(error)) return
       end if
-      result%last = tangent_of(x, problem%rate, problem%motion_stiffness, problem%field, &
-                               arc_product(increment, x, problem%field), problem%compliance, problem%inflow)
+      result%last = problem%tangent_along(x, arc_product(increment, x, problem%field))
    end subroutine find_tangent
 
    !> Where the law has lost its stiffness: the correction with the stand-in. It fades in the iterations that follow.

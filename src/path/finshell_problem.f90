@@ -9,7 +9,7 @@ module finshell_problem
    use finshell_factor, only: factor_at
    use finshell_state, only: state_t
    use finshell_equations, only: field_rotation
-   use finshell_balance, only: balance_t
+   use finshell_balance, only: balance_t, tangent_of, tangent_t
    implicit none
    private
    public :: problem_t, stress_own, stress_predicted, stress_kept
@@ -72,6 +72,8 @@ module finshell_problem
       procedure :: watched_or_empty
       procedure :: balance
       procedure :: energy_along
+      procedure :: fills
+      procedure :: tangent_along
       procedure :: keep_base
       procedure :: largest_rotation
       procedure :: magnitude
@@ -174,6 +176,22 @@ contains
       type(balance_t) :: value
       value%known = self%n < -scaling
    end function balance
+
+   !> Does the factor of the last tangent fill chambers? Volumes are then prescribed, as under volume control.
+   pure logical function fills(self)
+      class(problem_t), intent(in) :: self
+      fills = .false.
+      if (allocated(self%inflow)) fills = any(abs(self%inflow) > 0)
+   end function fills
+
+   !> The tangent to the path at the last evaluation with tangent: x per change of the factor.
+   function tangent_along(self, x, sense) result(tangent)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: sense !< of the factor along the path
+      type(tangent_t) :: tangent
+      tangent = tangent_of(x, self%rate, self%motion_stiffness, self%field, sense, self%compliance, self%inflow)
+   end function tangent_along
 
    !> x^T K x, K x = rhs: the work of the forces along x. Pressures among the unknowns are eliminated from K (finshell_bordered); where
    !> one cannot be, x goes along what keeps its volume.

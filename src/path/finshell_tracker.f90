@@ -106,7 +106,7 @@ contains
       yes = self%history%count == 0 .and. attempt%control == control_load .and. .not. (attempt%descends .or. attempt%softly) &
          .and. step%control == control_load .and. step%tangent_predictor /= tangent_never &
          .and. step%convergence%mixed == mixed_auto .and. .not. (problem%soft .or. problem%limp)
-      if (yes) yes = .not. any(abs(problem%base%displacement) > 0)
+      if (yes) yes = .not. any(abs(problem%base%displacement) > 0) .and. .not. problem%fills()
    end function at_rest
 
    !> May an increment that Newton's method has missed (`result`) after some cuts be sought by a descent? Under a prescribed load
