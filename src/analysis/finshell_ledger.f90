@@ -78,12 +78,19 @@ contains
       end do
       before = [(factor_at(base, i), i=1, loads%factors)]
       after = [(factor_at(state, i), i=1, loads%factors)]
+      associate (first => loads%chambers%before + 1, last => loads%chambers%before + loads%chambers%n)
+         if (last >= first) then
+            value%pressure = after(first:last) - before(first:last)
+            value%volume = way(first:last)
+            value%throughput = sum(max(abs(before(first:last)), abs(after(first:last)))*abs(way(first:last)))
+         end if
+      end associate
       value%level = to%energy
       value%energy = to%energy - from%energy
       value%work = dot_product(0.5_wp*(before + after), way) + 0.5_wp*(from%reaction + to%reaction)*(after(active) - before(active))
       value%duality = way(active) - (to%reaction - from%reaction)
       value%least = sum(min(before*way, after*way)) + min(from%reaction, to%reaction)*(after(active) - before(active))
-      value%throughput = max(abs(before(active)), abs(after(active)))*abs(way(active)) &
+      value%throughput = value%throughput + max(abs(before(active)), abs(after(active)))*abs(way(active)) &
                          + max(abs(from%reaction), abs(to%reaction))*abs(after(active) - before(active))
    end subroutine balance_between
 end module finshell_ledger
