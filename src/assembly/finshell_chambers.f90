@@ -258,13 +258,18 @@ contains
    end subroutine follow
 
    !> Add corrections to the pressures.
-   pure subroutine move(self, state, step)
+   pure subroutine move(self, state, step, linear)
       class(chambers_t), intent(in) :: self
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: step(:) !< (n)
+      logical, intent(in), optional :: linear !< whatever the fluid
       if (self%n == 0) return
       associate (first => self%before - by_case + 1)
-         state%case_factor(first:) = pressure_after(self%fluid, state%case_factor(first:), step)
+         if (present(linear)) then
+            state%case_factor(first:) = state%case_factor(first:) + step
+         else
+            state%case_factor(first:) = pressure_after(self%fluid, state%case_factor(first:), step)
+         end if
       end associate
    end subroutine move
 
