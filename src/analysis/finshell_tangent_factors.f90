@@ -1,5 +1,5 @@
-!> The factors of the tangent of an equilibrium: of its sparse matrix or, for a descent, of the symmetric part of this, and the border
-!> that the pressures of chambers are.
+!> The factors of the tangent of an equilibrium: of its sparse matrix or, for a descent, of the symmetric part of this, and the
+!> border that the pressures of chambers are.
 module finshell_tangent_factors
    use finshell_bordered, only: border_t
    use finshell_error, only: error_t

@@ -66,8 +66,8 @@ contains
       self%least = self%least - energy
    end subroutine spend
 
-   !> The tangent in scalars. `rate`, `held`, `compliance`, `inflow` (finshell_problem): derivative of the residual, stiffness of the
-   !> motion of supports and what chambers do, where x was solved for.
+   !> The tangent in scalars. `rate`, `held`, `compliance`, `inflow` (finshell_problem): derivative of the residual, stiffness of
+   !> the motion of supports and what chambers do, where x was solved for.
    pure function tangent_of(x, rate, held, field, sense, compliance, inflow) result(tangent)
       real(wp), intent(in) :: x(:), rate(:), held
       integer(i1), intent(in) :: field(:)

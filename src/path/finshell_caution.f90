@@ -107,8 +107,7 @@ contains
       if (.not. from%known .and. .not. allocated(attempt%predicted)) from = result%first
       if (.not. (from%known .and. result%last%known)) return
       verdict = judge(problem%balance(scaling), from, result%last, x, problem%change(scaling), &
-                      attempt%control == control_load .and. .not. (attempt%landing .or. problem%fills()), tracker%tangent%known, &
-                      problem%field)
+                      attempt%control == control_load .and. .not. attempt%landing, tracker%tangent%known, problem%field)
       if (attempt%control /= tracker%snapped_control) tracker%snapped_size = 0
       tracker%snapped_control = attempt%control
       ! From close to a fold the tangent there says little: that shorter increments failed says more.

@@ -26,8 +26,8 @@ module finshell_convergence
 
 contains
 
-   !> Euclidean norms of the displacement part and of the rotation part of a vector over the equations. Pressures of chambers are left
-   !> out: how well the volumes fit is asked beside (finshell_problem).
+   !> Euclidean norms of the displacement part and of the rotation part of a vector over the equations. Pressures of chambers are
+   !> left out: how well the volumes fit is asked beside (finshell_problem).
    pure function field_norms(x, field) result(norms)
       real(wp), intent(in) :: x(:)
       integer(i1), intent(in) :: field(:)

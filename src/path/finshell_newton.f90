@@ -296,7 +296,8 @@ contains
       call correction_from(problem, constraint, x, change, complete, result)
    end subroutine stand_in
 
-   !> Do fluids fill their chambers, and is a prescribed volume met, as far as rounding lets it? Being nonlinear in the unknowns, it is not by construction.
+   !> Do fluids fill their chambers, and is a prescribed volume met, as far as rounding lets it?
+   !> Being nonlinear in the unknowns, it is not by construction.
    function met(problem, constraint, tolerance) result(yes)
       class(problem_t), intent(in) :: problem
       type(constraint_t), intent(in) :: constraint

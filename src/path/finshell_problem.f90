@@ -47,8 +47,8 @@ module finshell_problem
       real(wp) :: force_level = 0 !< Euclidean norm of the external forces or of the reactions, whichever is larger
       real(wp) :: moment_level = 0 !< of the moments likewise
       real(wp) :: misfit = 0 !< of volumes to what fills them, relative
-      !> With tangent, of each pressure among the unknowns: minus the derivative of the room of the fluid with respect to it, and the
-      !> derivative of that room with respect to the factor. Unallocated: there are no pressures.
+      !> With tangent, of each pressure among the unknowns: minus the derivative of the room of the fluid with respect to it, and
+      !> the derivative of that room with respect to the factor. Unallocated: there are no pressures.
       real(wp), allocatable :: compliance(:), inflow(:)
       real(wp), allocatable :: gradient(:, :) !< (n less pressures, pressures) derivatives of the volumes, with tangent
       real(wp) :: motion_stiffness = 0 !< moved supports: derivative of the reaction to the motion, other nodes held
@@ -193,8 +193,8 @@ contains
       tangent = tangent_of(x, self%rate, self%motion_stiffness, self%field, sense, self%compliance, self%inflow)
    end function tangent_along
 
-   !> x^T K x, K x = rhs: the work of the forces along x. Pressures among the unknowns are eliminated from K (finshell_bordered); where
-   !> one cannot be, x goes along what keeps its volume.
+   !> x^T K x, K x = rhs: the work of the forces along x. Pressures among the unknowns are eliminated from K (finshell_bordered);
+   !> where one cannot be, x goes along what keeps its volume.
    pure function energy_along(self, rhs, x) result(energy)
       class(problem_t), intent(in) :: self
       real(wp), intent(in) :: rhs(:), x(:)
