@@ -4,10 +4,10 @@ module finshell_factor_columns
    use finshell_factor, only: factor_at
    use finshell_field, only: name_t
    use finshell_kinds, only: wp
-   use finshell_state, only: state_t
+   use finshell_state, only: linear_change_t, moved_state, small_part, state_t
    implicit none
    private
-   public :: factor_names, factor_values
+   public :: factor_names, add_factors
 
 contains
 
@@ -24,17 +24,38 @@ contains
       end do
    end function factor_names
 
-   function factor_values(problem, cases, state) result(values)
+   !> Append the values; a mode has nothing in its chambers.
+   subroutine add_factors(problem, cases, state, values, missing, change)
       type(equilibrium_t), intent(in) :: problem
       type(name_t), intent(in) :: cases(:)
       type(state_t), intent(in) :: state
-      real(wp), allocatable :: values(:)
+      real(wp), allocatable, intent(inout) :: values(:)
+      logical, allocatable, intent(inout) :: missing(:)
+      type(linear_change_t), intent(in), optional :: change !< what is reported, instead of the state
+      real(wp), allocatable :: volumes(:), table(:, :)
+      real(wp) :: part
+      logical :: mode
       integer :: i
-      values = [(factor_at(state, problem%factor_of_case(1 + i)), i=1, size(cases))]
-      associate (chambers => problem%external%chambers)
-         if (chambers%n > 0) values = [values, reshape(transpose(reshape([chambers%pressures(state), &
-            chambers%volumes(problem%structure, problem%equations, state), chambers%amounts(state)], [chambers%n, 3])), &
-            [3*chambers%n])]
+      values = [values, (factor_at(state, problem%factor_of_case(1 + i)), i=1, size(cases))]
+      missing = [missing, spread(.false., 1, size(cases))]
+      associate (chambers => problem%external%chambers, structure => problem%structure, equations => problem%equations)
+         if (chambers%n == 0) return
+         mode = .false.
+         if (present(change)) mode = change%alone
+         volumes = chambers%volumes(structure, equations, state)
+         if (present(change) .and. .not. mode) then
+            part = small_part(change%motion, problem%detail)
+            volumes = chambers%volumes(structure, equations, problem%state) &
+                      + (chambers%volumes(structure, equations, moved_state(problem%state, change%motion, part)) &
+                         - chambers%volumes(structure, equations, moved_state(problem%state, change%motion, -part)))/(2*part)
+         end if
+         allocate (table(3, chambers%n))
+         table(1, :) = chambers%pressures(state)
+         table(2, :) = volumes
+         table(3, :) = chambers%amounts(state)
+         if (mode) table = 0
+         values = [values, reshape(table, [size(table)])]
+         missing = [missing, spread(mode, 1, size(table))]
       end associate
-   end function factor_values
+   end subroutine add_factors
 end module finshell_factor_columns

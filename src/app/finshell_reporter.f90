@@ -9,7 +9,7 @@ module finshell_reporter
    use finshell_error, only: error_t, raise
    use finshell_gaps, only: count_gaps, gap_t
    use finshell_increment_lines, only: show_event, show_increment, show_snap, show_ways, show_vibration
-   use finshell_factor_columns, only: factor_names, factor_values
+   use finshell_factor_columns, only: add_factors, factor_names
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
    use finshell_mode_table, only: mode_table_t
@@ -371,10 +371,7 @@ contains
       allocate (row%monitors(size(self%watches)), row%missing(size(self%watches)))
       if (self%duration > 0) row%motion = motion_values(self%problem, state, record)
       call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change, row%motion)
-      if (allocated(self%cases)) then
-         row%monitors = [row%monitors, factor_values(self%problem, self%cases, state)]
-         row%missing = [row%missing, spread(.false., 1, size(row%monitors) - size(row%missing))]
-      end if
+      if (allocated(self%cases)) call add_factors(self%problem, self%cases, state, row%monitors, row%missing, change)
       if (self%mesh == 0) return
       row%monitors = [row%monitors, real(self%mesh, wp)]
       row%missing = [row%missing, .false.]
