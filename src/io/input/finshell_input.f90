@@ -23,7 +23,7 @@ module finshell_input
    use finshell_factor, only: by_constant_factor
    use finshell_input_case, only: find_cases, name_t
    use finshell_input_initial_velocity, only: add_initial_velocity
-   use finshell_input_chamber, only: read_chamber
+   use finshell_input_chamber, only: is_chamber_column, read_chamber
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
@@ -305,6 +305,11 @@ contains
             call complain_about(namelist%groups(i), 'name', "there is a monitor '"//input%monitors(n)%name//"' already", error)
             return
          end do
+         if (is_chamber_column(input%monitors(n)%name, input%structure%chambers)) then
+            call complain_about(namelist%groups(i), 'name', "'"//input%monitors(n)%name//"' is a column of a chamber already", &
+                                error)
+            return
+         end if
       end do
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name == 'output') call read_output(namelist%groups(i), input%preset, input%output, error)

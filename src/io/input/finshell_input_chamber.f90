@@ -10,7 +10,7 @@ module finshell_input_chamber
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: read_chamber
+   public :: read_chamber, is_chamber_column
 
 contains
 
@@ -51,6 +51,18 @@ contains
       call check_all_used(group, error)
       if (.not. allocated(error)) structure%chambers = [structure%chambers, chamber]
    end subroutine read_chamber
+
+   !> Is this the name of one of the columns of chambers?
+   pure logical function is_chamber_column(name, chambers) result(yes)
+      character(len=*), intent(in) :: name
+      type(chamber_t), intent(in) :: chambers(:)
+      integer :: i
+      yes = .false.
+      do i = 1, size(chambers)
+         yes = yes .or. name == 'pressure_'//chambers(i)%name .or. name == 'volume_'//chambers(i)%name &
+               .or. name == 'amount_'//chambers(i)%name
+      end do
+   end function is_chamber_column
 
    !> Names of element sets; none when the key is absent.
    subroutine read_walls(group, key, structure, sets, error)
