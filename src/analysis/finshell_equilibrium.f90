@@ -17,7 +17,8 @@ module finshell_equilibrium
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
    use finshell_cliques, only: cliques_t, joined
-   use finshell_equations, only: equations_t, new_equations, gather, scatter, unknowns_of, held_change, largest_turn, turn_held
+   use finshell_equations, only: equations_t, field_pressure, new_equations, gather, scatter, unknowns_of, held_change, largest_turn, &
+      turn_held
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, factors_at, follow_all, &
       number_of_factors, set_factor, scaled_sum, slopes
@@ -27,6 +28,7 @@ module finshell_equilibrium
    use finshell_symmetric_part, only: symmetric_part_t
    use finshell_joint_stiffness, only: add_joint_stiffness, link_nodes, no_cliques, place_links
    use finshell_linked_elements, only: linked_elements_t
+   use finshell_tangent_factors, only: tangent_factors_t
    use finshell_load_terms, only: add_turning, add_motion, add_rate, moving_nodes
    use finshell_mechanism, only: check_mechanism, name_mode
    use finshell_problem, only: problem_t, stress_kept, stress_own
@@ -50,7 +52,7 @@ module finshell_equilibrium
       type(external_t) :: external
       type(linear_solver_t) :: solver
       type(symmetric_part_t) :: half !< of an unsymmetric matrix, for descents
-      logical, private :: by_half = .false. !< it is what was factorised last
+      type(tangent_factors_t), private :: factors !< what was factorised last
       real(wp), allocatable :: internal_force(:, :) !< (n_nodal, nodes) at the last evaluation; global axes
       real(wp), allocatable :: external_force(:, :) !< (n_nodal, nodes); reactions are internal minus external force
       type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
@@ -147,19 +149,21 @@ contains
       self%limp = any(structure%sections%membrane)
       self%crumples = any(structure%sections%membrane .and. .not. structure%sections%wrinkling)
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
-      self%n = self%equations%n
-      self%field = self%equations%field
+      self%n = self%equations%n + self%external%chambers%n
+      self%field = [self%equations%field, spread(field_pressure, 1, self%external%chambers%n)]
+      self%confined = .not. self%external%chambers%yields()
       self%size = mesh_size(structure%mesh)
       self%slenderness = minval(structure%sections%thickness)/self%size
       self%detail = mean_side(structure%mesh)
       call new_retraction(self%retraction, structure)
-      self%weight = lumped_weight(structure%mesh, self%equations, self%detail)
+      self%weight = [lumped_weight(structure%mesh, self%equations, self%detail), spread(0.0_wp, 1, self%external%chambers%n)]
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
       self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, by_constant_factor)) > 0)
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force)
       if (allocated(self%ground)) deallocate (self%ground)
       if (allocated(self%released)) deallocate (self%released)
+      if (allocated(self%compliance)) deallocate (self%compliance, self%inflow, self%gradient)
       if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       self%entry = entry_t()
@@ -167,7 +171,7 @@ contains
       allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       self%moved_elements = elements_at(structure%mesh, moving_nodes(self%equations))
-      call new_state(self%state, nodes, structure%cases)
+      call new_state(self%state, nodes, structure%cases + self%external%chambers%n)
       if (allocated(structure%followers)) self%state%followers = structure%followers
       call follow_all(self%state)
       self%base = self%state
@@ -199,6 +203,8 @@ contains
       real(wp) :: levels(2), part
       integer :: status, bad_element, active
       call self%refresh()
+      if (self%condensed) call self%external%chambers%follow(self%structure, self%equations, self%state, error)
+      if (allocated(error)) return
       if (tangent) then
          self%assemblies = self%assemblies + 1
          call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, self%values, &
@@ -241,9 +247,11 @@ contains
             self%internal_force, self%external_force, out_of_balance, toward)
          self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
          call add_rate(self%state, active, unit_force, out_of_balance)
-         call gather(self%equations, out_of_balance, self%rate)
+         call gather(self%equations, out_of_balance, self%rate(:self%equations%n))
+         call self%external%chambers%linearise(self%equations, self%state, active, unit_force, self%gradient, self%compliance, &
+            self%inflow, self%rate(self%equations%n + 1:))
          if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
-            self%structure, self%equations, self%state, self%watched, self%watched_rate)
+            self%structure, self%equations, self%state, self%watched(:self%equations%n), self%watched_rate)
       end if
       if (tangent .and. allocated(self%watched) .and. .not. allocated(self%watched_volume)) &
          call displacement_gradient(self%equations, self%state, self%watched_nodes, self%watched_component, self%watched, &
@@ -254,13 +262,16 @@ contains
       if (tangent) call add_joint_stiffness(self%equations, self%state, -out_of_balance, self%assembly%linked, self%values)
       self%entry%reaction = -motions_times(self%equations, self%state, out_of_balance)
       call self%equations%links%fold(out_of_balance)
-      call unknowns_of(self%equations, out_of_balance, self%residual)
+      call unknowns_of(self%equations, out_of_balance, self%residual(:self%equations%n))
+      call self%external%chambers%equilibrium(self%structure, self%equations, self%state, self%residual(self%equations%n + 1:), &
+         self%misfit, error)
       levels = force_levels(self%equations, scaled_sum(self%state, unit_force), out_of_balance, unit_force(:, :, unscaled:))
       if (allocated(self%inertia)) levels = max(levels, self%inertia%level)
       self%force_level = levels(1)
       self%moment_level = levels(2)
       if (.not. self%drag > 0) return
-      if (tangent .and. leads(self%team)) self%values(self%diagonal) = self%values(self%diagonal) + self%drag*self%weight
+      if (tangent .and. leads(self%team)) self%values(self%diagonal) = self%values(self%diagonal) &
+         + self%drag*self%weight(:self%equations%n)
       call self%resist()
    end subroutine evaluate_toward
 
@@ -302,22 +313,11 @@ contains
       class(equilibrium_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: damping
-      real(wp), allocatable :: damped(:)
-      real(wp) :: a
-      a = 0
-      if (present(damping)) a = damping
-      self%by_half = a > 0 .and. self%half%exists()
-      if (a > 0) then
-         damped = self%values
-         if (leads(self%team)) damped(self%diagonal) = damped(self%diagonal) + a*self%weight
-         if (self%by_half) call self%half%factorise(damped, error)
-         if (.not. self%by_half) call self%solver%factorise(damped, error)
-      else
-         call self%solver%factorise(self%values, error)
-      end if
-      self%negative_pivots = merge(self%half%solver%negative_pivots, self%solver%negative_pivots, self%by_half)
-      self%determinant_sign = merge(self%half%solver%determinant_sign, self%solver%determinant_sign, self%by_half)
-      if (.not. allocated(error) .or. self%by_half) return
+      call self%factors%factorise(self%solver, self%half, self%values, self%diagonal, self%weight, damping, self%gradient, &
+                                  self%compliance, self%team, error)
+      self%negative_pivots = self%factors%negative_pivots
+      self%determinant_sign = self%factors%determinant_sign
+      if (.not. allocated(error) .or. self%factors%by_half) return
       if (error%code == status_singular_matrix .and. allocated(self%solver%null_vector)) &
          error%message = name_mode(self%structure%mesh, self%equations, self%solver%null_vector)
    end subroutine factorise
@@ -327,11 +327,7 @@ contains
       real(wp), intent(in), contiguous :: b(:)
       real(wp), intent(out), contiguous :: x(:)
       type(error_t), allocatable, intent(out) :: error
-      if (self%by_half) then
-         call self%half%solver%solve(b, x, error)
-      else
-         call self%solver%solve(b, x, error)
-      end if
+      call self%factors%solve(self%solver, self%half, b, x, error)
    end subroutine solve
 
    !> Displacements add, spins turn; held components follow the factor.
@@ -365,6 +361,7 @@ contains
       call move_state(self%state, nodal)
       call turn_held(self%equations, self%state)
       call self%equations%links%settle(self%state)
+      call self%external%chambers%move(self%state, x(self%equations%n + 1:))
    end subroutine move
 
    !> From base to state: displacements, and the rotation vectors of the relative rotations.
@@ -374,13 +371,14 @@ contains
       real(wp), allocatable :: nodal(:, :)
       nodal = motion_between(self%base, self%state)
       call self%retraction%turn_on(self%structure%mesh, self%equations, self%base, -1.0_wp, nodal)
-      call unknowns_of(self%equations, nodal, x)
+      call unknowns_of(self%equations, nodal, x(:self%equations%n))
+      x(self%equations%n + 1:) = self%external%chambers%moved(self%base, self%state)
    end subroutine increment
 
    subroutine transport(self, x)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(inout) :: x(:)
-      call self%retraction%transport(self%structure%mesh, self%equations, self%base, self%state, x)
+      call self%retraction%transport(self%structure%mesh, self%equations, self%base, self%state, x(:self%equations%n))
    end subroutine transport
 
    pure function largest_rotation(self, x, factor_change, scaling) result(angle)
@@ -396,15 +394,17 @@ contains
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: x(:)
       real(wp), intent(out), optional :: added(:)
-      call unknowns_of(self%equations, size_of_motion(self%structure, self%state), x)
-      if (present(added)) call self%solver%magnitude(x, added)
+      x = 0
+      call unknowns_of(self%equations, size_of_motion(self%structure, self%state), x(:self%equations%n))
+      if (present(added)) added = 0
+      if (present(added)) call self%solver%magnitude(x(:self%equations%n), added(:self%equations%n))
    end subroutine magnitude
 
    !> See finshell_fictitious_mass.
    subroutine fictitious_masses(self, mass)
       class(equilibrium_t), intent(in) :: self
       real(wp), intent(out) :: mass(:)
-      mass = fictitious_mass(self%equations, self%detail, self%solver, self%values)
+      mass = fictitious_mass(self%equations, self%detail, self%solver, self%values, self%gradient, self%compliance)
    end subroutine fictitious_masses
 
    !> Monitor the mean of a global displacement component over a node set.
@@ -418,6 +418,7 @@ contains
       call self%refresh()
       call watch_displacement(self%structure%mesh, self%equations, self%state, node_set, component, self%watched_nodes, &
                               self%watched, self%watched_rate, error)
+      self%watched = [self%watched, spread(0.0_wp, 1, self%external%chambers%n)]
       self%watched_component = component
    end subroutine watch
 
@@ -431,7 +432,8 @@ contains
       call new_volume(self%watched_volume, self%structure, self%equations, self%external, error, element_set)
       if (allocated(error)) return
       allocate (self%watched(self%n), source=0.0_wp)
-      call self%watched_volume%gradient(self%structure, self%equations, self%state, self%watched, self%watched_rate)
+      call self%watched_volume%gradient(self%structure, self%equations, self%state, self%watched(:self%equations%n), &
+         self%watched_rate)
    end subroutine watch_volume
 
    function monitored(self, state) result(value)

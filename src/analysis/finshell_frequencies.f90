@@ -6,6 +6,7 @@
 module finshell_frequencies
    use finshell_kinds, only: wp, dp
    use finshell_arpack, only: pencil_t, lanczos
+   use finshell_bordered, only: border_t
    use finshell_equations, only: gather, scatter
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
@@ -21,7 +22,7 @@ module finshell_frequencies
    use finshell_status, only: status_input_error, status_invalid_argument, status_not_converged, status_singular_matrix
    use finshell_step, only: step_t, control_frequencies
    use finshell_symmetric_matrix, only: make_symmetric, symmetric_pattern
-   use finshell_team, only: largest_of
+   use finshell_team, only: largest_of, leads
    implicit none
    private
    public :: solve_frequencies, check_vibration
@@ -35,7 +36,12 @@ module finshell_frequencies
       type(linear_solver_t) :: solver !< holds K - shift M
       real(dp), allocatable :: stiffness(:), mass(:)
       real(dp) :: fastest = 0 !< estimate of the largest omega^2
+      integer :: below = 0 !< values below the shift
+      type(border_t) :: border !< pressures of chambers, which have no masses
+      integer, allocatable :: diagonal(:)
+      real(dp), allocatable :: gradient(:, :), compliance(:) !< of the border; unallocated: none
    contains
+      procedure :: factorise
       procedure :: apply
       procedure :: metric
    end type vibration_pencil_t
@@ -97,6 +103,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       real(dp), allocatable :: k(:), m(:)
       real(dp) :: difference, largest(1)
+      integer :: i
 
       pencil%of_masses = .true.
       call symmetric_pattern(problem, 'frequencies', pencil%pattern, error)
@@ -119,6 +126,11 @@ contains
       if (any(m > 0)) largest = maxval(k/m, mask=m > 0)
       call largest_of(problem%team, largest)
       pencil%fastest = largest(1)
+      if (allocated(problem%compliance)) then
+         pencil%gradient = problem%gradient
+         pencil%compliance = problem%compliance
+         pencil%diagonal = [(pencil%pattern%find(i, i), i=1, pencil%pattern%n)]
+      end if
       pencil%solver%options = problem%solver%options
       call pencil%solver%analyse(pencil%pattern, error, problem%solver)
    end subroutine matrices
@@ -148,7 +160,7 @@ contains
          below = count(squares < bound)
          call factorise_beside(pencil, bound, error)
          if (allocated(error)) return
-         lost = pencil%solver%negative_pivots - below
+         lost = pencil%below - below
          if (lost <= 0) exit
          more = more + lost + 2
          if (attempt == most_attempts) call raise(error, status_not_converged, 'frequencies: '//text_of(lost) &
@@ -170,9 +182,9 @@ contains
       real(dp), parameter :: nearest = 1.0e-11_dp, further = 30
       shift = -nearest*pencil%fastest
       do
-         call pencil%solver%factorise(pencil%stiffness - shift*pencil%mass, error)
+         call pencil%factorise(shift, error)
          if (.not. allocated(error)) then
-            if (pencil%solver%negative_pivots == 0) return
+            if (pencil%below == 0) return
          else if (error%code /= status_singular_matrix .or. -shift > pencil%fastest) then
             return
          end if
@@ -207,7 +219,7 @@ contains
       type(vibration_pencil_t), intent(inout) :: pencil
       real(dp), intent(in) :: shift
       type(error_t), allocatable, intent(out) :: error
-      call pencil%solver%factorise(pencil%stiffness - shift*pencil%mass, error)
+      call pencil%factorise(shift, error)
       if (.not. allocated(error)) return
       if (error%code /= status_singular_matrix) return
       deallocate (error)
@@ -228,7 +240,7 @@ contains
       real(wp) :: scale
       integer :: i, k
 
-      allocate (carried(problem%n, ux:uz))
+      allocate (carried(problem%equations%n, ux:uz))
       do k = ux, uz
          allocate (rigid(n_nodal, size(problem%equations%number, 2)), source=0.0_wp)
          rigid(k, :) = 1
@@ -261,13 +273,36 @@ contains
       frequency = sign(sqrt(abs(square)), square)/two_pi
    end function frequency
 
+   !> Factorise K - shift M.
+   subroutine factorise(self, shift, error)
+      class(vibration_pencil_t), intent(inout) :: self
+      real(dp), intent(in) :: shift
+      type(error_t), allocatable, intent(out) :: error
+      if (allocated(self%compliance)) then
+         call self%border%factorise(self%solver, self%stiffness - shift*self%mass, self%diagonal, leads(self%pattern%team), &
+                                    self%gradient, self%compliance, error)
+         self%below = self%border%negative_pivots
+      else
+         call self%solver%factorise(self%stiffness - shift*self%mass, error)
+         self%below = self%solver%negative_pivots
+      end if
+   end subroutine factorise
+
    !> See finshell_arpack.
    subroutine apply(self, x, kx, y, error)
       class(vibration_pencil_t), intent(inout) :: self
       real(dp), intent(in), contiguous :: x(:), kx(:)
       real(dp), intent(inout), contiguous :: y(:)
       type(error_t), allocatable, intent(inout) :: error
-      call self%solver%solve(kx, y, error)
+      real(dp), allocatable :: b(:), z(:)
+      if (allocated(self%compliance)) then
+         b = [kx, 0*self%compliance]
+         allocate (z(size(b)))
+         call self%border%solve(self%solver, b, z, error)
+         y = z(:size(y))
+      else
+         call self%solver%solve(kx, y, error)
+      end if
       if (size(x) /= size(y)) y = 0
    end subroutine apply
 

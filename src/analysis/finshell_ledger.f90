@@ -46,12 +46,15 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: force(:, :) !< (n_nodal, nodes)
       real(wp) :: products(size(equations%motion, 3))
+      real(wp), allocatable :: all(:, :)
       integer :: i, k
       products = 0
+      if (size(equations%moved) == 0) return
+      all = equations%links%folded(force)
       do k = 1, size(products)
          do i = 1, size(equations%moved)
             if (.not. any(abs(equations%motion(:, i, k)) > 0)) cycle
-            products(k) = products(k) + dot_product(motion_of(equations, i, k, state), force(:, equations%moved(i)))
+            products(k) = products(k) + dot_product(motion_of(equations, i, k, state), all(:, equations%moved(i)))
          end do
       end do
    end function motions_times
@@ -108,12 +111,19 @@ contains
             if (i /= active .and. abs(share(i)) > 0) share(i) = change(i)/change(active)
          end do
       end if
+      associate (one => loads%chambers%before + 1, all => loads%chambers%before + loads%chambers%n)
+         if (all >= one) then
+            value%pressure = change(one:all)
+            value%volume = way(one:all)
+            value%throughput = sum(max(abs(before(one:all)), abs(after(one:all)))*abs(way(one:all)))
+         end if
+      end associate
       value%level = to%energy
       value%energy = to%energy - from%energy
       value%work = dot_product(0.5_wp*(before + after), way) + dot_product(0.5_wp*(first + last), change)
       value%duality = dot_product(share, way - (last - first))
       value%least = sum(min(before*way, after*way)) + sum(min(first, last)*change)
-      value%throughput = sum(max(abs(before), abs(after))*abs(way) + max(abs(first), abs(last))*abs(change), &
-                             mask=abs(share) > 0)
+      value%throughput = value%throughput + sum(max(abs(before), abs(after))*abs(way) + max(abs(first), abs(last))*abs(change), &
+                                                mask=abs(share) > 0)
    end subroutine balance_between
 end module finshell_ledger

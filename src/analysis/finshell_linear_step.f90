@@ -10,7 +10,7 @@ module finshell_linear_step
    use finshell_kinds, only: wp, dp
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_error, only: error_t, raise, text_of
-   use finshell_equations, only: motion_at, gather, scatter
+   use finshell_equations, only: field_pressure, motion_at, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
    use finshell_factor, only: by_load_factor, by_constant_factor
    use finshell_load_terms, only: add_rate, add_stiffness_times, turn_moments
@@ -42,7 +42,8 @@ contains
       load_change = step%final_load_factor - problem%state%load_factor
       constant_change = 0
       if (problem%has_constants) constant_change = 1 - problem%state%constant_factor
-      call linear_motion(problem, load_change, constant_change, change%motion, change%toward, solutions, error)
+      call linear_motion(problem, load_change, constant_change, change%motion, change%toward, solutions, error, &
+                         pressure=change%pressure)
       if (allocated(error)) return
       call change_forces(problem, load_change, constant_change, change)
       call report_change(problem, change, step%final_load_factor, control_linear, solutions, observer, error)
@@ -52,7 +53,7 @@ contains
    !>
    !> With `leading` it is this motion that decides which fibres act, and the solution only where `leading` strains nothing.
    !> Errors: a singular matrix; fibres that do not settle.
-   subroutine linear_motion(problem, load_change, constant_change, motion, toward, solutions, error, leading)
+   subroutine linear_motion(problem, load_change, constant_change, motion, toward, solutions, error, leading, pressure)
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: load_change, constant_change
       real(wp), allocatable, intent(out) :: motion(:, :) !< (n_nodal, nodes)
@@ -60,7 +61,8 @@ contains
       integer, intent(out) :: solutions !< that it took to find them; 0: no law has such fibres
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: leading(:, :)
-      real(wp), allocatable :: b(:), values(:), before(:, :)
+      real(wp), allocatable, intent(inout), optional :: pressure(:) !< change of the pressures of chambers
+      real(wp), allocatable :: b(:), values(:), before(:, :), of_chambers(:)
       real(wp) :: change(1)
       logical :: damped
 
@@ -80,7 +82,8 @@ contains
                //text_of(solutions)//' solutions); a nonlinear step does not ask for it')
             return
          end if
-         call solve_motion(problem, load_change, constant_change, b, motion, error)
+         call solve_motion(problem, load_change, constant_change, b, motion, of_chambers, error)
+         if (present(pressure)) pressure = of_chambers
          if (allocated(error) .and. problem%soft) error%message = error%message &
             //'. A law without stiffness in the reference state needs a step under load before a linear one'
          if (allocated(error) .or. .not. any(problem%structure%sections%switched)) return
@@ -129,11 +132,12 @@ contains
       if (.not. allocated(error)) b = b + load_change*problem%rate
    end subroutine change_of_loads
 
-   subroutine solve_motion(problem, load_change, constant_change, b, motion, error)
+   subroutine solve_motion(problem, load_change, constant_change, b, motion, pressure, error)
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: load_change, constant_change
       real(wp), intent(in), contiguous :: b(:)
       real(wp), allocatable, intent(out) :: motion(:, :)
+      real(wp), allocatable, intent(out) :: pressure(:) !< change of the pressures of chambers
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: x(:)
       integer :: i, node
@@ -147,6 +151,7 @@ contains
       call scatter(problem%equations, x, motion)
       call turn_reactions(problem, b, x, motion, error)
       if (allocated(error)) return
+      pressure = x(problem%equations%n + 1:)
       do i = 1, size(problem%equations%moved)
          node = problem%equations%moved(i)
          motion(:, node) = motion(:, node) + load_change*motion_at(problem%equations, i, by_load_factor, problem%state) &
@@ -164,6 +169,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer, parameter :: most = 20
       real(wp), allocatable :: moments(:, :), turned(:, :), t(:), y(:)
+      real(wp) :: change
       integer :: i
       moments = problem%internal_force - problem%bulge_force
       do i = 1, size(moments, 2)
@@ -174,12 +180,14 @@ contains
       do i = 1, most
          turned = 0*motion
          call turn_moments(moments, -motion, turned)
-         call gather(problem%equations, turned, t)
+         t = 0
+         call gather(problem%equations, turned, t(:problem%equations%n))
          call problem%solve(b + t, y, error)
          if (allocated(error)) return
          call scatter(problem%equations, y, motion)
-         if (norm2(y - x) <= 1.0e-13_wp*norm2(y)) return
+         change = norm2((y - x)*merge(0.0_wp, 1.0_wp, problem%field == field_pressure))
          x = y
+         if (change <= 1.0e-13_wp*norm2(y(:problem%equations%n))) return
       end do
    end subroutine turn_reactions
 
@@ -202,6 +210,12 @@ contains
          call add_rate(state, by_load_factor, load_change*(unit_force + bulges), problem%external_force)
          call add_rate(state, by_constant_factor, constant_change*(unit_force + bulges), problem%external_force)
          call loads%add_change(structure, equations, state, change%motion, problem%external_force)
+         do i = 1, loads%chambers%n
+            associate (factor => loads%chambers%before + i)
+               problem%external_force = problem%external_force &
+                  + change%pressure(i)*(unit_force(:, :, factor) + bulges(:, :, factor))
+            end associate
+         end do
       end associate
    end subroutine change_forces
 
@@ -227,6 +241,7 @@ contains
          changed%rotation = spread([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 2, size(changed%rotation, 2))
       end if
       call move_state(changed, change%motion)
+      if (allocated(change%pressure)) call problem%external%chambers%move(changed, change%pressure, linear=.true.)
       record%increment = changed%increment
       record%control = control
       record%iterations = max(1, solutions)

@@ -9,7 +9,7 @@ module finshell_reporter
    use finshell_error, only: error_t, raise
    use finshell_gaps, only: count_gaps, gap_t
    use finshell_increment_lines, only: show_event, show_increment, show_snap, show_ways, show_vibration
-   use finshell_factor, only: factor_at
+   use finshell_factor_columns, only: add_factors, factor_names
    use finshell_field, only: field_t, increment_t, monitor_value, name_t
    use finshell_history, only: history_file_t
    use finshell_mode_table, only: mode_table_t
@@ -210,7 +210,7 @@ contains
       do i = 1, size(names)
          names(i)%text = self%monitors(i)%name
       end do
-      if (allocated(self%cases)) names = [names, (name_t('factor_'//self%cases(i)%text), i=1, size(self%cases))]
+      if (allocated(self%cases)) names = [names, factor_names(self%problem, self%cases)]
       if (self%mesh > 0) names = [names, name_t('mesh')]
    end function column_names
 
@@ -371,10 +371,7 @@ contains
       allocate (row%monitors(size(self%watches)), row%missing(size(self%watches)))
       if (self%duration > 0) row%motion = motion_values(self%problem, state, record)
       call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change, row%motion)
-      if (allocated(self%cases)) then
-         row%monitors = [row%monitors, (factor_at(state, self%problem%factor_of_case(1 + i)), i=1, size(self%cases))]
-         row%missing = [row%missing, (.false., i=1, size(self%cases))]
-      end if
+      if (allocated(self%cases)) call add_factors(self%problem, self%cases, state, row%monitors, row%missing, change)
       if (self%mesh == 0) return
       row%monitors = [row%monitors, real(self%mesh, wp)]
       row%missing = [row%missing, .false.]

@@ -7,6 +7,7 @@ module finshell_trial
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, raise, text_of
    use finshell_external, only: external_t, new_external
+   use finshell_chamber, only: can_hold
    use finshell_factor, only: by_case, by_load_factor
    use finshell_frequencies, only: check_vibration
    use finshell_input, only: input_t
@@ -17,8 +18,8 @@ module finshell_trial
    use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
    use finshell_stage, only: change_stage, is_same_stage
    use finshell_status, only: status_input_error
-   use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_dynamic, control_frequencies, &
-      control_name, is_in_time, leaves_state
+   use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_dynamic, control_explicit, &
+      control_frequencies, control_name, is_in_time, leaves_state
    use finshell_structure, only: structure_t
    use finshell_targets, only: targets_t, new_targets
    implicit none
@@ -66,6 +67,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(targets_t) :: targets
 
+      call check_chambers(step, problem, error)
+      if (allocated(error)) return
       if (is_in_time(step%control)) then
          call check_masses(problem%structure, error)
          if (allocated(error)) error%message = control_name(step%control)//': '//error%message
@@ -93,6 +96,30 @@ contains
       call raise(error, status_input_error, control_name(step%control)//" needs a load or a moved support that " &
          //'follows the load factor (one that is not constant, nor zero, nor on held nodes only); there is none')
    end subroutine check_step
+
+   !> Refuse what cannot be done with chambers.
+   subroutine check_chambers(step, problem, error)
+      type(step_t), intent(in) :: step
+      type(equilibrium_t), intent(in) :: problem
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=*), parameter :: advice = "' does not yield, so its pressure does not follow from its volume; " &
+                                     //'give it a bulk_modulus'
+      associate (chambers => problem%external%chambers)
+         if (chambers%n == 0) return
+         if (step%control == control_buckling) then
+            call raise(error, status_input_error, 'buckling: linear buckling does not know the pressures of chambers; a load ' &
+               //'step finds bifurcation points (column critical_point), and an arc-length step with locate = .true. encloses them')
+         else if (chambers%yields()) then
+            return
+         else if (step%control == control_explicit) then
+            call raise(error, status_input_error, "explicit: the liquid of chamber '" &
+               //chambers%fluid(findloc(can_hold(chambers%fluid), .false., dim=1))%name//advice)
+         else if (step%relaxes) then
+            call raise(error, status_input_error, "relax: the liquid of chamber '" &
+               //chambers%fluid(findloc(can_hold(chambers%fluid), .false., dim=1))%name//advice)
+         end if
+      end associate
+   end subroutine check_chambers
 
    !> Refuse linear solutions and modes about a state in motion.
    subroutine check_rest(steps, error)
@@ -124,6 +151,11 @@ contains
       end if
       associate (loads => problem%structure%loads)
          yes = any(abs(problem%equations%motion(:, :, pack(moving, moving <= size(problem%equations%motion, 3)))) > 0)
+         associate (chambers => problem%structure%chambers)
+            do i = 1, size(chambers)
+               yes = yes .or. (abs(chambers(i)%inflow) > 0 .and. any(scaled == chambers(i)%scaling))
+            end do
+         end associate
          do i = 1, size(loads)
             if (.not. loads(i)%span%covers(problem%stage)) cycle
             yes = yes .or. (any(scaled == loads(i)%scaling) .and. acts(loads(i), problem%structure%mesh, problem%equations))
@@ -193,8 +225,10 @@ contains
          if (.not. any(abs(free_part(problem%equations, input%velocity)) > 0)) &
             text = input%file//': &initial_velocity: it moves nothing: it is on held nodes only'
          if (text /= '') return
-      else if (size(input%structure%loads) == 0 .and. .not. any(abs(problem%equations%motion) > 0)) then
-         text = input%file//': nothing acts on the structure: there is no &load, and no support is moved'
+      else if (size(input%structure%loads) == 0 .and. .not. any(abs(problem%equations%motion) > 0) &
+               .and. .not. any(abs(input%structure%chambers%inflow) > 0)) then
+         text = input%file//': nothing acts on the structure: there is no &load, no &chamber with an inflow, ' &
+            //'and no support is moved'
          return
       end if
       do i = 1, size(input%structure%loads)
@@ -229,8 +263,14 @@ contains
       type(external_t) :: external
       type(error_t), allocatable :: refusal
       integer :: i
+      do i = 1, size(input%structure%chambers)
+         if (index(error%message, "chamber '"//input%structure%chambers(i)%name//"': ") /= 1) cycle
+         error%message = text_of(input%chamber_lines(i))//': &'//error%message
+         return
+      end do
       if (index(error%message, 'load: ') /= 1) return
       alone = input%structure
+      deallocate (alone%chambers)
       do i = 1, size(input%structure%loads)
          alone%loads = input%structure%loads(i:i)
          call new_external(external, alone, problem%equations, refusal)

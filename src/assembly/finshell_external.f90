@@ -11,6 +11,7 @@ module finshell_external
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
    use finshell_factor, only: by_load_factor, by_constant_factor, by_release, unscaled, factor_at, number_of_factors
+   use finshell_chambers, only: chambers_t, new_chambers
    use finshell_follower_load, only: add_pressure_load, pressed_region_t
    use finshell_foundation, only: add_foundation
    use finshell_hydrostatic, only: add_hydrostatic
@@ -37,6 +38,7 @@ module finshell_external
       type(load_item_t), allocatable :: list(:)
       type(load_item_t), allocatable :: own(:) !< the same through the elements of this member of a team; unallocated: no team
       type(pressed_region_t), allocatable :: pressures(:) !< where uniform pressures act
+      type(chambers_t) :: chambers !< of gas and liquid
       !> Nodes with dead moments that are free to turn about two axes or more, and an element and its corner at each: such a
       !> moment is not conservative and has an unsymmetric stiffness.
       integer, allocatable :: turning_nodes(:), turning_elements(:), turning_corners(:)
@@ -106,7 +108,10 @@ contains
          end associate
          if (allocated(error)) return
       end do
+      call new_chambers(self%chambers, structure, equations, acting, error)
+      if (allocated(error)) return
       self%has_constants = any(loads%scaling == by_constant_factor .and. there)
+      if (self%chambers%n > 0) self%has_constants = self%has_constants .or. any(self%chambers%fluid%scaling == by_constant_factor)
       call list_all(self, dead, acting)
       call find_turning(self, structure%mesh, equations, dead)
       self%symmetric = size(self%turning_nodes) == 0
@@ -158,6 +163,7 @@ contains
          end do
       end if
       self%pressures%scaling = exchanged(self%pressures%scaling, other)
+      if (self%chambers%n > 0) self%chambers%fluid%scaling = exchanged(self%chambers%fluid%scaling, other)
    end subroutine exchange
 
    elemental integer function exchanged(scaling, other)

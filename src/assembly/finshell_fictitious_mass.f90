@@ -18,16 +18,22 @@ module finshell_fictitious_mass
 contains
 
    !> The displacements of a node have one mass, and its rotations one: stiff directions turn.
-   function fictitious_mass(equations, detail, solver, values) result(mass)
+   function fictitious_mass(equations, detail, solver, values, gradient, compliance) result(mass)
       type(equations_t), intent(in) :: equations
       real(wp), intent(in) :: detail !< length of an element
       type(linear_solver_t), intent(in) :: solver !< of the pattern
       real(wp), intent(in) :: values(:) !< of K
-      real(wp) :: mass(equations%n)
+      real(wp), intent(in), optional :: gradient(:, :), compliance(:) !< of chambers, which add g g^T/compliance to K
+      real(wp), allocatable :: mass(:) !< of the equations; 1 of each pressure, which has no motion
       real(wp) :: bound(equations%n), unit(equations%n)
-      integer :: i, k, first
+      integer :: c, i, k, first
       unit = merge(1.0_wp, 1/detail, equations%field == field_displacement)
       call solver%magnitude(unit, bound, values)
+      if (present(gradient) .and. present(compliance)) then
+         do c = 1, size(compliance)
+            if (compliance(c) > 0) bound = bound + abs(gradient(:, c))*(sum(abs(gradient(:, c))*unit)/compliance(c))
+         end do
+      end if
       bound = enough*bound/unit
       mass = bound
       do i = 1, size(equations%number, 2)
@@ -39,5 +45,6 @@ contains
             end do
          end do
       end do
+      if (present(compliance)) mass = [mass, spread(1.0_wp, 1, size(compliance))]
    end function fictitious_mass
 end module finshell_fictitious_mass

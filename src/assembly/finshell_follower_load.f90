@@ -15,7 +15,7 @@ module finshell_follower_load
    use finshell_structure, only: structure_t, curved_elements
    implicit none
    private
-   public :: add_pressure_load, pressed_region_t
+   public :: add_pressure_load, append_pressure, pressed_region_t
 
    !> The surface that a pressure acts on.
    type :: pressed_region_t
@@ -52,8 +52,6 @@ contains
       type(load_item_t), allocatable, intent(inout) :: list(:)
       type(pressed_region_t), intent(out) :: region
       type(error_t), allocatable, intent(inout) :: error
-      type(facet_pressure_t) :: facets
-      type(cap_pressure_t) :: caps
       real(wp) :: origin(3)
       logical :: valid
 
@@ -69,19 +67,34 @@ contains
             //'use automatic or unsymmetric')
          return
       end if
-      facets%elements = region%elements
-      facets%scaling = load%scaling
-      facets%symmetric = valid .and. load%stiffness /= pressure_unsymmetric
-      facets%pressure = load%pressure
+      call append_pressure(list, structure, region%elements, load%pressure, load%scaling, &
+                           valid .and. load%stiffness /= pressure_unsymmetric)
+   end subroutine add_pressure_load
+
+   !> A pressure on elements, as one load or two.
+   subroutine append_pressure(list, structure, elements, pressure, scaling, symmetric)
+      type(load_item_t), allocatable, intent(inout) :: list(:)
+      type(structure_t), intent(in) :: structure
+      integer, intent(in) :: elements(:)
+      real(wp), intent(in) :: pressure
+      integer, intent(in) :: scaling !< see finshell_factor
+      logical, intent(in) :: symmetric !< the stiffness is, when assembled
+      type(facet_pressure_t) :: facets
+      type(cap_pressure_t) :: caps
+      if (size(elements) == 0) return
+      facets%elements = elements
+      facets%scaling = scaling
+      facets%symmetric = symmetric
+      facets%pressure = pressure
       call append(list, facets)
-      if (size(region%curved) == 0) return
-      caps%elements = region%curved
+      caps%elements = curved_elements(structure, elements)
+      if (size(caps%elements) == 0) return
       caps%rows = with_rotations
       caps%has_energy = .true.
-      caps%scaling = load%scaling
-      caps%pressure = load%pressure
+      caps%scaling = scaling
+      caps%pressure = pressure
       call append(list, caps)
-   end subroutine add_pressure_load
+   end subroutine append_pressure
 
    subroutine evaluate_facets(self, structure, equations, state, force, factor, stiffness)
       class(facet_pressure_t), intent(in) :: self

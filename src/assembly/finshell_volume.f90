@@ -12,15 +12,16 @@ module finshell_volume
    use finshell_acting_load, only: positions
    use finshell_mesh, only: find_element_set, element_set_names
    use finshell_state, only: state_t
+   use finshell_enclosed_volume, only: volume_behind
    use finshell_equations, only: equations_t, motion_at, unknowns_of
    use finshell_external, only: external_t
    use finshell_factor, only: by_load_factor
-   use finshell_pressure, only: follower_pressure, enclosed_volume
+   use finshell_pressure, only: follower_pressure
    use finshell_pressure_region, only: symmetric_origin
    use finshell_structure, only: structure_t, curved_elements
    implicit none
    private
-   public :: volume_t, new_volume, volume_behind
+   public :: volume_t, new_volume
 
    type :: volume_t
       integer, allocatable :: elements(:), curved(:) !< those of them with a curved reference
@@ -79,22 +80,6 @@ contains
       real(wp) :: volume
       volume = volume_behind(structure, self%elements, self%curved, self%origin, state, self%held)
    end function volume_value
-
-   !> Volume between elements and an origin, with the caps of those that are curved.
-   function volume_behind(structure, elements, curved, origin, state, held) result(volume)
-      type(structure_t), intent(in) :: structure
-      integer, intent(in) :: elements(:), curved(:)
-      real(wp), intent(in) :: origin(3)
-      type(state_t), intent(in) :: state
-      integer, intent(in), optional :: held(:, :) !< (3, elements of the structure)
-      real(wp) :: volume
-      real(wp), allocatable :: caps(:)
-      volume = enclosed_volume(size(elements), positions(structure, state, elements), origin)
-      if (size(curved) == 0) return
-      allocate (caps(size(curved)))
-      call caps_at(structure, curved, state, volume=caps, held=held)
-      volume = volume + sum(caps)
-   end function volume_behind
 
    !> Derivatives of the volume with respect to the unknowns and to the load factor, by which held nodes may move.
    subroutine volume_gradient(self, structure, equations, state, gradient, rate)

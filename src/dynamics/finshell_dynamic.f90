@@ -245,8 +245,8 @@ contains
       associate (inertia => problem%inertia, base => problem%base)
          call self%method%prepare(base, self%auxiliary, h, inertia)
          rates = step%time%factor_rates(end_time, self%at_start, .false.)
-         allocate (x(problem%n))
-         call unknowns_of(problem%equations, h*base%velocity + 0.5_wp*h**2*self%auxiliary, x)
+         allocate (x(problem%n), source=0.0_wp)
+         call unknowns_of(problem%equations, h*base%velocity + 0.5_wp*h**2*self%auxiliary, x(:problem%equations%n))
          problem%state%time = self%begun + end_time ! what follows it goes along with the move
          call problem%move(x, factor - base%load_factor)
          call support_rates(problem%equations, problem%state, rates, .false., inertia%held_velocity, inertia%held_acceleration)

@@ -58,7 +58,9 @@ contains
          call problem%accept()
          inertia%v0 = state%velocity
          allocate (inertia%a0(n_nodal, size(inertia%mass, 2)), source=0.0_wp)
+         problem%condensed = .true. ! what flows into chambers at once raises their pressures at once
          call problem%evaluate(.false., error)
+         problem%condensed = .false.
          if (allocated(error)) return
          force = problem%external_force - problem%internal_force + inertia%mass*inertia%held_acceleration
          where (inertia%mass > 0) state%acceleration = force/inertia%mass
@@ -118,11 +120,15 @@ contains
          mass = sum(inertia%mass*direction**2)
          if (.not. mass > 0) return
          force = problem%internal_force
+         if (problem%external%chambers%n > 0) force = force - problem%external_force
          kept = state
+         problem%condensed = .true.
          part = small_part(direction, problem%detail)
          state = moved_state(kept, direction, part)
          call problem%evaluate(.false., error)
+         problem%condensed = .false.
          if (allocated(error)) return
+         if (problem%external%chambers%n > 0) force = force + problem%external_force
          stiffness = sum(direction*(problem%internal_force - force))/part
          state = kept
          call problem%evaluate(.false., error)

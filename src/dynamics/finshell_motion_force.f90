@@ -26,6 +26,8 @@ contains
          call raise(error, status, element_trouble(problem%structure, element, status, problem%base, problem%state))
          return
       end if
+      call problem%external%chambers%follow(problem%structure, problem%equations, problem%state, error)
+      if (allocated(error)) return
       problem%external_force = 0
       call problem%external%add_forces(problem%structure, problem%equations, problem%state, problem%assembly, &
                                        problem%external_force)

@@ -3,7 +3,7 @@ module finshell_lapack
    use finshell_kinds, only: dp
    implicit none
    private
-   public :: dlauum, dpotrf, dpotrs, dsytrf, dsytrs, dtrmv
+   public :: dgetrf, dgetrs, dlauum, dpotrf, dpotrs, dsyev, dsytrf, dsytrs, dtrmv
 
    interface
       !> Cholesky's factor of a dense matrix, in its place.
@@ -45,6 +45,34 @@ module finshell_lapack
          real(dp), intent(inout) :: b(ldb, *)
          integer, intent(out) :: info
       end subroutine dsytrs
+
+      !> Eigenvalues, rising, of a dense symmetric matrix.
+      subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+         import :: dp
+         character, intent(in) :: jobz, uplo
+         integer, intent(in) :: n, lda, lwork
+         real(dp), intent(inout) :: a(lda, *)
+         real(dp), intent(out) :: w(*), work(*)
+         integer, intent(out) :: info
+      end subroutine dsyev
+
+      !> P L U of a dense matrix, in its place.
+      subroutine dgetrf(m, n, a, lda, ipiv, info)
+         import :: dp
+         integer, intent(in) :: m, n, lda
+         real(dp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine dgetrf
+
+      !> Solve with it.
+      subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: dp
+         character, intent(in) :: trans
+         integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
+         real(dp), intent(in) :: a(lda, *)
+         real(dp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dgetrs
 
       !> U U^T or L^T L of a triangle, in its place.
       subroutine dlauum(uplo, n, a, lda, info)

@@ -17,7 +17,9 @@ module finshell_symmetric_part
    contains
       procedure :: take
       procedure :: exists
-      procedure :: factorise
+      procedure :: prepare
+      procedure :: values_of
+      procedure :: diagonal
    end type symmetric_part_t
 
 contains
@@ -53,14 +55,27 @@ contains
       exists = allocated(self%entry)
    end function exists
 
-   !> Factorise the symmetric part of the matrix with these values; analysed at the first time. Errors: as of the solver.
-   subroutine factorise(self, values, error)
+   !> Let the solver know the pattern, unless it does.
+   subroutine prepare(self, error)
       class(symmetric_part_t), intent(inout) :: self
-      real(dp), intent(in) :: values(:) !< of the whole matrix
       type(error_t), allocatable, intent(out) :: error
       if (.not. self%analysed) call self%solver%analyse(self%pattern, error)
-      if (allocated(error)) return
-      self%analysed = .true.
-      call self%solver%factorise(0.5_dp*(values(self%entry) + values(self%mirrored)), error)
-   end subroutine factorise
+      if (.not. allocated(error)) self%analysed = .true.
+   end subroutine prepare
+
+   !> The values of the symmetric part of the matrix with these values.
+   pure function values_of(self, values) result(half)
+      class(symmetric_part_t), intent(in) :: self
+      real(dp), intent(in) :: values(:) !< of the whole matrix
+      real(dp), allocatable :: half(:)
+      half = 0.5_dp*(values(self%entry) + values(self%mirrored))
+   end function values_of
+
+   !> Where the diagonal stands among them.
+   pure function diagonal(self) result(at)
+      class(symmetric_part_t), intent(in) :: self
+      integer :: at(self%pattern%n)
+      integer :: i
+      at = [(self%pattern%find(i, i), i=1, self%pattern%n)]
+   end function diagonal
 end module finshell_symmetric_part

@@ -22,9 +22,10 @@ module finshell_equations
    private
    public :: equations_t, new_equations, anchor, motion_of, motion_at, turn_held, held_rotation, held_change
    public :: gather, unknowns_of, scatter, free_part, largest_turn
-   public :: field_displacement, field_rotation
+   public :: field_displacement, field_rotation, field_pressure
 
-   integer(i1), parameter :: field_displacement = 1_i1, field_rotation = 2_i1
+   !> Pressures of chambers are unknowns beside those of the nodes.
+   integer(i1), parameter :: field_displacement = 1_i1, field_rotation = 2_i1, field_pressure = 3_i1
 
    type :: equations_t
       integer :: n = 0 !< number of equations

@@ -20,10 +20,11 @@ module finshell_pressure_region
 contains
 
    !> Edges (2, :) where the elements end: those that are not run through as often in one direction as in the other.
-   pure subroutine boundary_edges(mesh, elements, edges)
+   pure subroutine boundary_edges(mesh, elements, edges, turned)
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: elements(:)
       integer, allocatable, intent(out) :: edges(:, :)
+      logical, intent(in), optional :: turned(:) !< (size(elements)) those that count with their other side
       integer(i8), allocatable :: key(:)
       integer, allocatable :: order(:), all_edges(:, :)
       logical, allocatable :: single(:)
@@ -34,6 +35,9 @@ contains
             e = 3*(i - 1) + k
             all_edges(1, e) = mesh%triangles(k, elements(i))
             all_edges(2, e) = mesh%triangles(mod(k, 3) + 1, elements(i))
+            if (present(turned)) then
+               if (turned(i)) all_edges(:, e) = all_edges([2, 1], e)
+            end if
             key(e) = int(minval(all_edges(:, e)), i8)*(size(mesh%coordinates, 2) + 1_i8) + maxval(all_edges(:, e))
          end do
       end do
@@ -57,18 +61,19 @@ contains
    end subroutine boundary_edges
 
    !> Is the symmetric load stiffness exact for a pressure on these elements, and about which origin?
-   pure subroutine symmetric_origin(mesh, equations, elements, valid, origin)
+   pure subroutine symmetric_origin(mesh, equations, elements, valid, origin, turned)
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
       integer, intent(in) :: elements(:)
       logical, intent(out) :: valid
       real(wp), intent(out) :: origin(3)
+      logical, intent(in), optional :: turned(:) !< see `boundary_edges`
       integer, allocatable :: edges(:, :)
       real(wp) :: normal(3), normals(3, 3), offset(3), centre(3), rest(3), distance, length
       integer :: i, k, planes
       logical :: plane
 
-      call boundary_edges(mesh, elements, edges)
+      call boundary_edges(mesh, elements, edges, turned)
       centre = 0
       do i = 1, size(elements)
          centre = centre + sum(mesh%coordinates(:, mesh%triangles(:, elements(i))), 2)/(3*size(elements))

@@ -31,6 +31,7 @@ module finshell_state
       real(wp), allocatable :: toward(:, :) !< (n_nodal, nodes) decides which fibres act (finshell_linear_step)
       logical :: alone = .false. !< results are those of the change, without the state it is a change of
       real(wp) :: energy = 0 !< change of the stored energy, to second order
+      real(wp), allocatable :: pressure(:) !< change of the pressures of chambers; unallocated: none
    end type linear_change_t
 
 contains

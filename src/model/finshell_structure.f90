@@ -5,6 +5,7 @@ module finshell_structure
    use finshell_mesh, only: mesh_t
    use finshell_section, only: section_t, formulation_s
    use finshell_support, only: support_t
+   use finshell_chamber, only: chamber_t
    use finshell_load, only: load_t
    use finshell_table, only: follower_t
    implicit none
@@ -23,6 +24,7 @@ module finshell_structure
       type(support_t), allocatable :: supports(:)
       type(load_t), allocatable :: loads(:)
       type(joints_t), allocatable :: joints !< unallocated: none
+      type(chamber_t), allocatable :: chambers(:) !< unallocated: none
       integer :: cases = 0 !< factors of loads and supports, beside that of the first case, which has no name
       type(follower_t), allocatable :: followers(:) !< those of them that follow tables; unallocated: none
    end type structure_t

@@ -10,6 +10,7 @@ module finshell_balance
    use finshell_quaternion, only: quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector
    use finshell_state, only: state_t
    use finshell_control, only: arc_norm
+   use finshell_equations, only: field_pressure
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
@@ -24,6 +25,7 @@ module finshell_balance
       real(wp) :: level = 0 !< the stored energy
       real(wp) :: throughput = 0 !< magnitude of the work, whether or not it cancels on the way
       real(wp) :: duality = 0 !< (change of the displacement that does work per factor) - (change of the reaction to the motion)
+      real(wp), allocatable :: pressure(:), volume(:) !< changes in chambers; unallocated: there are none
    contains
       procedure :: spend
    end type balance_t
@@ -36,6 +38,7 @@ module finshell_balance
       real(wp) :: sense = 1 !< of the factor along the path
       real(wp) :: stiffness = 0 !< derivative of -duality with respect to the factor
       real(wp) :: held = 0 !< the part of it that moved supports have when all else is held
+      real(wp), allocatable :: pressure(:), volume(:) !< of chambers: derivatives with respect to the factor
    end type tangent_t
 
    !> What is thought of an increment.
@@ -63,18 +66,24 @@ contains
       self%least = self%least - energy
    end subroutine spend
 
-   !> The tangent in scalars. `rate`, `held`: derivative of the residual, and stiffness of the motion of supports, where x
-   !> was solved for.
-   pure function tangent_of(x, rate, held, field, sense) result(tangent)
+   !> The tangent in scalars. `rate`, `held`, `compliance`, `inflow` (finshell_problem): derivative of the residual, stiffness of
+   !> the motion of supports and what chambers do, where x was solved for.
+   pure function tangent_of(x, rate, held, field, sense, compliance, inflow) result(tangent)
       real(wp), intent(in) :: x(:), rate(:), held
       integer(i1), intent(in) :: field(:)
       real(wp), intent(in) :: sense
+      real(wp), intent(in), optional :: compliance(:), inflow(:)
       type(tangent_t) :: tangent
       tangent%x = x
       tangent%length = arc_norm(x, field, 0.0_wp, 0.0_wp)
       tangent%sense = sign(1.0_wp, sense)
       tangent%held = held
       tangent%stiffness = held - dot_product(rate, x)
+      if (present(compliance) .and. present(inflow)) then
+         tangent%pressure = pack(x, field == field_pressure)
+         tangent%volume = inflow - compliance*tangent%pressure
+         tangent%stiffness = tangent%stiffness + dot_product(pack(rate, field == field_pressure), tangent%pressure)
+      end if
       tangent%known = tangent%length > 0 .and. ieee_is_finite(tangent%length) .and. ieee_is_finite(tangent%stiffness)
    end function tangent_of
 
@@ -98,7 +107,8 @@ contains
       if (.not. verdict%known) return
       length = arc_norm(x, field, 0.0_wp, 0.0_wp)
       plain = balance%work - balance%energy
-      corrected = plain + hermite_correction(from, to, length, change, balance%duality)
+      corrected = plain + hermite_correction(from, to, length, change, balance%duality) &
+                  + chamber_correction(from, to, length, balance)
       strict = prescribed .and. seasoned
       ! a cubic that goes farther than the larger of both forces does over the whole way excuses nothing
       if (strict .and. abs(corrected - plain) > balance%throughput) corrected = plain
@@ -116,6 +126,21 @@ contains
       verdict%snap = abs(verdict%misfit) > merge(seasoned_misfit, largest_misfit, strict) &
                      .or. verdict%shortfall > merge(seasoned_shortfall, largest_shortfall, strict)
    end function judge
+
+   !> The same of the work of the pressures in chambers.
+   pure function chamber_correction(from, to, length, balance) result(work)
+      type(tangent_t), intent(in) :: from, to
+      real(wp), intent(in) :: length
+      type(balance_t), intent(in) :: balance
+      real(wp) :: work
+      real(wp) :: a, b
+      work = 0
+      if (.not. (allocated(balance%pressure) .and. allocated(from%pressure) .and. allocated(to%pressure))) return
+      a = from%sense*length/from%length
+      b = to%sense*length/to%length
+      work = sum((a*from%pressure - b*to%pressure)*balance%volume - (a*from%volume - b*to%volume)*balance%pressure)/10 &
+             - a*b*sum(from%pressure*to%volume - to%pressure*from%volume)/60
+   end function chamber_correction
 
    !> Of a state found by a descent (finshell_descent), which goes along no path: what it has dissipated for certain, whatever the
    !> forces did between.

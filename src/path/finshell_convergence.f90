@@ -19,14 +19,15 @@
 !> strips of 10x1 to 640x1 elements, h/L 1e-2 to 1e-7, the residual comes to rest at 0.07 to 0.2 of the floor.
 module finshell_convergence
    use finshell_kinds, only: wp, i1
-   use finshell_equations, only: field_rotation
+   use finshell_equations, only: field_pressure, field_rotation
    implicit none
    private
    public :: field_norms, residual_ratio, correction_ratio
 
 contains
 
-   !> Euclidean norms of the displacement part and of the rotation part of a vector over the equations.
+   !> Euclidean norms of the displacement part and of the rotation part of a vector over the equations. Pressures of chambers are
+   !> left out: how well the volumes fit is asked beside (finshell_problem).
    pure function field_norms(x, field) result(norms)
       real(wp), intent(in) :: x(:)
       integer(i1), intent(in) :: field(:)
@@ -35,11 +36,13 @@ contains
       integer :: i, k
       scale = 0
       do i = 1, size(x)
+         if (field(i) == field_pressure) cycle
          k = merge(2, 1, field(i) == field_rotation)
          scale(k) = max(scale(k), abs(x(i)))
       end do
       norms = 0
       do i = 1, size(x)
+         if (field(i) == field_pressure) cycle
          k = merge(2, 1, field(i) == field_rotation)
          if (.not. scale(k) > 0) cycle
          ratio = x(i)/scale(k)

@@ -21,7 +21,7 @@ module finshell_descent
    use finshell_step, only: convergence_t
    use finshell_convergence, only: residual_ratio, correction_ratio
    use finshell_control, only: arc_norm
-   use finshell_newton, only: newton_result_t
+   use finshell_newton, only: loosest_misfit, newton_result_t
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
@@ -74,6 +74,19 @@ contains
       real(wp), intent(in) :: reach !< norm of the increment (arc_norm) beyond which the descent is given up
       type(newton_result_t), intent(out) :: result
       integer, intent(in), optional :: scaling !< the factor that changes, by default by_load_factor
+      problem%condensed = .true.
+      call go_down(problem, target, settings, mean_levels, reach, result, scaling)
+      problem%condensed = .false.
+   end subroutine descend
+
+   subroutine go_down(problem, target, settings, mean_levels, reach, result, scaling)
+      class(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: target
+      type(convergence_t), intent(in) :: settings
+      real(wp), intent(in) :: mean_levels(2)
+      real(wp), intent(in) :: reach
+      type(newton_result_t), intent(out) :: result
+      integer, intent(in), optional :: scaling
       type(error_t), allocatable :: error
       type(course_t) :: course
       real(wp), allocatable :: increment(:)
@@ -108,7 +121,8 @@ contains
                                           mean_levels, problem%size, problem%detail)
          if (a > 0 .or. course%part < 1) then
             result%regularised = result%regularised + 1
-         else if (result%residual <= settings%residual .and. result%correction <= settings%correction) then
+         else if (result%residual <= settings%residual .and. result%correction <= settings%correction &
+                  .and. problem%misfit <= loosest_misfit) then
             result%converged = .true.
             return
          end if
@@ -143,7 +157,7 @@ contains
          result%code = code
          result%reason = reason
       end subroutine give_up
-   end subroutine descend
+   end subroutine go_down
 
    !> Iterations that a descent may take: bounded by their number, and on large meshes by the work.
    pure integer function most_iterations(unknowns, of_newton) result(most)
@@ -189,7 +203,8 @@ contains
          result%correction = correction_ratio(x, increment, problem%field, problem%size, problem%detail)
          result%residual = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], &
                                           mean_levels, problem%size, problem%detail)
-         result%converged = result%residual <= closer*settings%residual .and. result%correction <= settings%correction
+         result%converged = result%residual <= closer*settings%residual .and. result%correction <= settings%correction &
+                            .and. problem%misfit <= loosest_misfit
          if (result%converged) return
          if (.not. result%residual < before) exit
          best = problem%state
@@ -245,7 +260,7 @@ contains
             a = max(10*a, least_inertia*maxval(abs(rhs))/(maxval(problem%weight)*problem%size))
             cycle
          end if
-         course%work = dot_product(rhs, course%x)
+         course%work = problem%energy_along(rhs, course%x)
          course%inertia = dot_product(course%x, problem%weight*course%x)
          course%stride = max(problem%largest_rotation(course%x, course%change, course%scaling), &
             maxval(abs(course%x), mask=problem%field == field_displacement)/problem%size)

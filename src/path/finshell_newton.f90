@@ -20,13 +20,12 @@ module finshell_newton
    use finshell_problem, only: problem_t, stress_kept, stress_own, stress_predicted
    use finshell_step, only: convergence_t, control_load, control_volume, mixed_always, mixed_auto
    use finshell_control, only: constraint_t, factor_change, arc_product
-   use finshell_balance, only: tangent_of
    use finshell_newton_result, only: newton_result_t, give_up
    use finshell_convergence, only: residual_ratio, correction_ratio, field_norms
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
    private
-   public :: newton_result_t, solve_increment, give_up, too_soft
+   public :: newton_result_t, solve_increment, give_up, too_soft, loosest_misfit
 
    !> A correction that leads where the element cannot be evaluated is halved this many times before giving up.
    integer, parameter :: halvings = 3
@@ -36,6 +35,7 @@ module finshell_newton
    real(wp), parameter :: wild = 1 !< residual, in loads and reactions: beyond it an iteration is mixed, where it may choose
    real(wp), parameter :: too_soft = 4 !< rotation (radian) of the first correction from rest: a flat sheet, which may wrinkle
    real(wp), parameter :: volume_rounding = 100 !< of a volume, in epsilons
+   real(wp), parameter :: loosest_misfit = 1.0e-11_wp !< of a volume to the fluid in it
    !> A correction that is more than `resting` times the one before shrinks no more. Beyond the second number, part of the
    !> increment, and the third, part of the displacements, no rounding is an excuse.
    real(wp), parameter :: resting = 0.1_wp, loosest_correction = 1.0e-2_wp, negligible = 1.0e-6_wp
@@ -54,7 +54,7 @@ contains
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:), stress(:, :)
       real(wp) :: change, scale, angle, earlier(2), before
-      logical :: complete, likely, guess, rounded, reached, mixed, choose
+      logical :: complete, likely, guess, rounded, reached, mixed, choose, forces_only
 
       allocate (x(problem%n), increment(problem%n))
       earlier = huge(1.0_wp)
@@ -92,14 +92,14 @@ contains
          if (result%iterations == 1) then
             result%first_change = change
             if (allocated(result%x_t)) then
-               result%first = tangent_of(result%x_t, problem%rate, problem%motion_stiffness, problem%field, change)
+               result%first = problem%tangent_along(result%x_t, change)
             else if (abs(change) > 0) then
-               result%first = tangent_of(x/change, problem%rate, problem%motion_stiffness, problem%field, change)
+               result%first = problem%tangent_along(x/change, change)
             end if
          end if
          if (problem%limp .and. .not. problem%crumples .and. constraint%control == control_load) then
             ! a wrinkled tube under pressure has none of its stiffness left: Newton's method leads to radius zero
-            if (dot_product(problem%residual + change*problem%rate, x) < 0) then
+            if (problem%energy_along(problem%residual + change*problem%rate, x) < 0) then
                call give_up(result, status_not_converged, 'a correction leads up in energy')
                return
             end if
@@ -117,7 +117,7 @@ contains
             mixed = mixed .and. (choose .or. settings%mixed == mixed_always)
          end if
          if (present(stable) .and. result%first_rotation > too_soft) then
-            if (stable .and. problem%negative_pivots > 0 .and. result%iterations > 1) then
+            if (stable .and. problem%negative_pivots > 0 .and. result%iterations > 1 .and. .not. problem%fills()) then
                call give_up(result, status_not_converged, 'the structure is unstable on the way from rest')
                return
             end if
@@ -136,6 +136,7 @@ contains
             return
          end if
          reached = met(problem, constraint, settings%correction)
+         forces_only = likely .and. guess
          likely = likely .and. reached
          result%converged = likely .and. result%residual <= settings%residual
          if (.not. result%converged) then
@@ -163,10 +164,10 @@ contains
             call problem%back_to_iterate()
             call problem%move(scale*x, scale*change, stress_predicted, stress, constraint%scaling)
             call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
-         else if (likely .and. guess) then
+         else if (forces_only) then
             call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
          end if
-         if (likely) guess = .false.
+         if (forces_only) guess = .false.
          if (choose) mixed = is_wild(result%residual)
          if (allocated(error)) then
             call give_up(result, error%code, error%message)
@@ -270,7 +271,7 @@ contains
          call problem%solve(problem%rate, x, error)
          if (allocated(error)) return
       end if
-      result%last = tangent_of(x, problem%rate, problem%motion_stiffness, problem%field, arc_product(increment, x, problem%field))
+      result%last = problem%tangent_along(x, arc_product(increment, x, problem%field))
    end subroutine find_tangent
 
    !> Where the law has lost its stiffness: the correction with the stand-in. It fades in the iterations that follow.
@@ -295,14 +296,15 @@ contains
       call correction_from(problem, constraint, x, change, complete, result)
    end subroutine stand_in
 
-   !> Is a prescribed volume met, as far as rounding lets it? Being nonlinear in the unknowns, it is not by construction.
+   !> Do fluids fill their chambers, and is a prescribed volume met, as far as rounding lets it?
+   !> Being nonlinear in the unknowns, it is not by construction.
    function met(problem, constraint, tolerance) result(yes)
       class(problem_t), intent(in) :: problem
       type(constraint_t), intent(in) :: constraint
       real(wp), intent(in) :: tolerance
       logical :: yes
-      yes = .true.
-      if (constraint%control == control_volume) yes = abs(problem%monitored(problem%state) - constraint%target) &
+      yes = problem%misfit <= loosest_misfit
+      if (yes .and. constraint%control == control_volume) yes = abs(problem%monitored(problem%state) - constraint%target) &
          <= max(tolerance*abs(constraint%target - problem%monitored(problem%base)), &
                 volume_rounding*epsilon(1.0_wp)*abs(constraint%target))
    end function met

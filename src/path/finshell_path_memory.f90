@@ -148,5 +148,7 @@ contains
       call memo%carry(tangent%sense)
       call memo%carry(tangent%stiffness)
       call memo%carry(tangent%held)
+      call memo%carry(tangent%pressure)
+      call memo%carry(tangent%volume)
    end subroutine carry_tangent
 end module finshell_path_memory

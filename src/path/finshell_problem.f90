@@ -9,7 +9,7 @@ module finshell_problem
    use finshell_factor, only: factor_at
    use finshell_state, only: state_t
    use finshell_equations, only: field_rotation
-   use finshell_balance, only: balance_t
+   use finshell_balance, only: balance_t, tangent_of, tangent_t
    implicit none
    private
    public :: problem_t, stress_own, stress_predicted, stress_kept
@@ -21,7 +21,7 @@ module finshell_problem
 
    type, abstract :: problem_t
       integer :: n = 0
-      integer(i1), allocatable :: field(:) !< (n) field_displacement or field_rotation (finshell_equations)
+      integer(i1), allocatable :: field(:) !< (n) field_displacement, field_rotation, field_pressure (finshell_equations)
       real(wp) :: size = 1 !< length of the structure
       real(wp) :: detail = 1 !< length of an element
       type(state_t) :: state, base, iterate
@@ -37,11 +37,20 @@ module finshell_problem
       real(wp) :: taken = 0 !< energy that it has taken in the increment
       real(wp), allocatable :: weight(:) !< (n) a lumped mass of density 1, for a descent (finshell_descent)
 
+      !> Pressures that follow from the volumes do so, instead of being unknowns: for those who go by the energy.
+      logical :: condensed = .false.
+      logical :: confined = .false. !< there are pressures that do not follow from volumes: of liquids that do not yield
+
       ! Left by `evaluate`:
       real(wp), allocatable :: residual(:) !< (n) external minus internal force
       real(wp), allocatable :: rate(:) !< (n) derivative of the residual with respect to the factor
       real(wp) :: force_level = 0 !< Euclidean norm of the external forces or of the reactions, whichever is larger
       real(wp) :: moment_level = 0 !< of the moments likewise
+      real(wp) :: misfit = 0 !< of volumes to what fills them, relative
+      !> With tangent, of each pressure among the unknowns: minus the derivative of the room of the fluid with respect to it, and
+      !> the derivative of that room with respect to the factor. Unallocated: there are no pressures.
+      real(wp), allocatable :: compliance(:), inflow(:)
+      real(wp), allocatable :: gradient(:, :) !< (n less pressures, pressures) derivatives of the volumes, with tangent
       real(wp) :: motion_stiffness = 0 !< moved supports: derivative of the reaction to the motion, other nodes held
       ! Left by `factorise`:
       integer :: negative_pivots = -1 !< -1: not known
@@ -62,6 +71,9 @@ module finshell_problem
       procedure :: monitored_or_zero
       procedure :: watched_or_empty
       procedure :: balance
+      procedure :: energy_along
+      procedure :: fills
+      procedure :: tangent_along
       procedure :: keep_base
       procedure :: largest_rotation
       procedure :: magnitude
@@ -164,6 +176,39 @@ contains
       type(balance_t) :: value
       value%known = self%n < -scaling
    end function balance
+
+   !> Does the factor of the last tangent fill chambers? Volumes are then prescribed, as under volume control.
+   pure logical function fills(self)
+      class(problem_t), intent(in) :: self
+      fills = .false.
+      if (allocated(self%inflow)) fills = any(abs(self%inflow) > 0)
+   end function fills
+
+   !> The tangent to the path at the last evaluation with tangent: x per change of the factor.
+   function tangent_along(self, x, sense) result(tangent)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: sense !< of the factor along the path
+      type(tangent_t) :: tangent
+      tangent = tangent_of(x, self%rate, self%motion_stiffness, self%field, sense, self%compliance, self%inflow)
+   end function tangent_along
+
+   !> x^T K x, K x = rhs: the work of the forces along x. Pressures among the unknowns are eliminated from K (finshell_bordered);
+   !> where one cannot be, x goes along what keeps its volume.
+   pure function energy_along(self, rhs, x) result(energy)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(in) :: rhs(:), x(:)
+      real(wp) :: energy
+      integer :: c, i
+      energy = dot_product(rhs, x)
+      if (.not. allocated(self%compliance)) return
+      do c = 1, size(self%compliance)
+         i = self%n - size(self%compliance) + c
+         energy = energy - 2*rhs(i)*x(i)
+         if (self%compliance(c) > 0) energy = energy - self%compliance(c)*x(i)**2 &
+            + (rhs(i)/self%compliance(c) + x(i))*(rhs(i) + self%compliance(c)*x(i))
+      end do
+   end function energy_along
 
    !> Largest rotation (radian) of a node in a correction. To be overridden where a rotation has several components.
    pure function largest_rotation(self, x, factor_change, scaling) result(angle)

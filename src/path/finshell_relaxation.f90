@@ -71,6 +71,12 @@ contains
       real(wp) :: way, change, ratio, wanted
       integer :: step, loaded, solves
 
+      if (problem%confined) then
+         result%code = status_not_converged
+         result%reason = 'dynamic relaxation needs fluids that yield'
+         return
+      end if
+      problem%condensed = .true.
       allocate (motion%mass(problem%n), motion%velocity(problem%n), motion%before(problem%n))
       motion%viscous = problem%limp
       motion%limit = longest_stride
@@ -125,6 +131,7 @@ contains
             solves = solves + finish%iterations
          end if
       end if
+      problem%condensed = .false.
       step = result%steps
       result = finish
       result%steps = step

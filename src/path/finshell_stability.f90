@@ -8,6 +8,7 @@ module finshell_stability
    use finshell_error, only: error_t
    use finshell_problem, only: problem_t
    use finshell_control, only: arc_product
+   use finshell_equations, only: field_pressure
    use finshell_newton, only: newton_result_t
    implicit none
    private
@@ -117,12 +118,14 @@ contains
       ! Nothing may be missing from the start: a guess along the load would hide vectors orthogonal to it.
       shape = [(1 + 0.5_wp*sin(2.7_wp*i), i=1, problem%n)]
       vector = start/max(norm2(start), tiny(1.0_wp)) + 0.1_wp*shape/norm2(shape)
+      where (problem%field == field_pressure) vector = 0 ! they are eliminated
       allocate (x(problem%n))
       value = 0
       do i = 1, inverse_iterations
          vector = vector/norm2(vector)
          call problem%solve(vector, x, error)
          if (allocated(error)) return
+         where (problem%field == field_pressure) x = 0
          value = dot_product(vector, x)/dot_product(x, x)
          vector = x
       end do
@@ -134,9 +137,20 @@ contains
       class(problem_t), intent(in) :: problem
       real(wp), intent(in) :: vector(:)
       real(wp) :: cosine
+      real(wp), allocatable :: load(:)
       real(wp) :: norms
-      norms = sqrt(arc_product(vector, vector, problem%field)*arc_product(problem%rate, problem%rate, problem%field))
+      integer :: c, k
+      load = problem%rate
+      if (allocated(problem%compliance)) then
+         k = size(problem%compliance)
+         do c = 1, k
+            ! inflow raises a pressure, or presses against walls that do not yield
+            load(:problem%n - k) = load(:problem%n - k) - problem%gradient(:, c)*problem%rate(problem%n - k + c) &
+                                   /merge(problem%compliance(c), 1.0_wp, problem%compliance(c) > 0)
+         end do
+      end if
+      norms = sqrt(arc_product(vector, vector, problem%field)*arc_product(load, load, problem%field))
       cosine = 0
-      if (norms > 0) cosine = abs(arc_product(vector, problem%rate, problem%field))/norms
+      if (norms > 0) cosine = abs(arc_product(vector, load, problem%field))/norms
    end function load_cosine
 end module finshell_stability

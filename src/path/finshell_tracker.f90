@@ -108,7 +108,7 @@ contains
       yes = self%history%count == 0 .and. attempt%control == control_load .and. .not. (attempt%descends .or. attempt%softly) &
          .and. step%control == control_load .and. step%tangent_predictor /= tangent_never &
          .and. step%convergence%mixed == mixed_auto .and. .not. (problem%soft .or. problem%limp)
-      if (yes) yes = .not. any(abs(problem%base%displacement) > 0)
+      if (yes) yes = .not. any(abs(problem%base%displacement) > 0) .and. .not. problem%fills()
    end function at_rest
 
    !> May an increment that Newton's method has missed (`result`) after some cuts be sought by a descent? Under a prescribed load
@@ -158,7 +158,7 @@ contains
       type(step_t), intent(in) :: step
       type(attempt_t), intent(in) :: attempt
       yes = step%fallback .and. step%control == control_load .and. attempt%control == control_load .and. .not. attempt%relaxes &
-         .and. step%snap /= snap_refuse .and. allocated(problem%weight) .and. self%falls < most_falls
+         .and. step%snap /= snap_refuse .and. allocated(problem%weight) .and. .not. problem%confined .and. self%falls < most_falls
    end function may_fall_back
 
    !> Choose what the next increment prescribes.

@@ -3,6 +3,7 @@ module finshell_monitoring
    use finshell_kinds, only: wp, i4
    use finshell_freedoms, only: rx, rz
    use finshell_discretisation, only: evaluate_gathered, gather_elements, gathered_t
+   use finshell_enclosed_volume, only: volume_behind
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_field, only: field_t, motion_columns
@@ -13,7 +14,6 @@ module finshell_monitoring
    use finshell_recovery, only: recovery_t, recover, recovered
    use finshell_result_fields, only: result_field_t, result_fields, place_name, error_entry, on_nodes, &
       on_elements
-   use finshell_volume, only: volume_behind
    use finshell_state, only: state_t, moved_state, linear_change_t, small_part
    implicit none
    private

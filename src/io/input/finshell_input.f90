@@ -25,6 +25,7 @@ module finshell_input
    use finshell_input_initial_velocity, only: add_initial_velocity
    use finshell_imperfection, only: imperfection_t
    use finshell_input_imperfection, only: modes_end, read_imperfections
+   use finshell_input_chamber, only: is_chamber_column, read_chamber
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
@@ -36,8 +37,8 @@ module finshell_input
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node, node_set, element_set, material, section, support, tie, rigid_body, equal, equation, load, amplitude, ' &
-      //'step, initial_velocity, imperfection, monitor, output, accuracy'
+      'job, mesh, node, node_set, element_set, material, section, support, tie, rigid_body, equal, equation, load, chamber, ' &
+      //'amplitude, step, initial_velocity, imperfection, monitor, output, accuracy'
 
    !> All that an input file says.
    type :: input_t
@@ -50,9 +51,9 @@ module finshell_input
       type(preset_t) :: preset !< of what is not given
       type(structure_t) :: structure
       type(step_t), allocatable :: steps(:)
-      type(scales_t) :: scales !< of loads and supports
+      type(scales_t) :: scales !< of loads, supports and chambers
       type(name_t), allocatable :: factors(:) !< names of their factors
-      integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
+      integer, allocatable :: load_lines(:), chamber_lines(:), step_lines(:) !< where loads, chambers and steps stand in the file
       real(wp), allocatable :: velocity(:, :) !< (n_nodal, nodes) and spins at the beginning of the first step in time
       type(monitor_t), allocatable :: monitors(:)
       type(output_t) :: output
@@ -265,7 +266,7 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       integer :: i, n
 
-      allocate (input%structure%loads(0))
+      allocate (input%structure%loads(0), input%structure%chambers(0), input%chamber_lines(0))
       allocate (input%steps(count_groups(namelist, 'step')), input%load_lines(0), input%step_lines(0))
       n = 0
       do i = 1, size(namelist%groups)
@@ -273,6 +274,9 @@ contains
          case ('load')
             call read_load(namelist%groups(i), input%structure, input%scales, error)
             input%load_lines = [input%load_lines, namelist%groups(i)%line]
+         case ('chamber')
+            call read_chamber(namelist%groups(i), input%structure, input%cases, error)
+            input%chamber_lines = [input%chamber_lines, namelist%groups(i)%line]
          case ('step')
             n = n + 1
             call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%scales, input%preset, &
@@ -293,6 +297,7 @@ contains
       if (allocated(error)) return
       call check_ways(namelist, input%steps, modes_end(input%imperfections), &
                       any(input%structure%loads%scaling == by_constant_factor) &
+                      .or. any(input%structure%chambers%scaling == by_constant_factor) &
                       .or. any(input%structure%supports%scaling == by_constant_factor), error)
    end subroutine translate_loads_and_steps
 
@@ -315,6 +320,11 @@ contains
             call complain_about(namelist%groups(i), 'name', "there is a monitor '"//input%monitors(n)%name//"' already", error)
             return
          end do
+         if (is_chamber_column(input%monitors(n)%name, input%structure%chambers)) then
+            call complain_about(namelist%groups(i), 'name', "'"//input%monitors(n)%name//"' is a column of a chamber already", &
+                                error)
+            return
+         end if
       end do
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name == 'output') call read_output(namelist%groups(i), input%preset, input%output, error)

@@ -88,6 +88,9 @@ contains
          call complain_about(group, '', 'loads and supports have cases or amplitudes, which cannot go on from mesh to mesh', error)
       else if (.not. (all(structure%loads%span%is_whole()) .and. all(structure%supports%span%is_whole()))) then
          call complain_about(group, '', 'loads or supports come or go between steps, which cannot go on from mesh to mesh', error)
+      else if (size(structure%chambers) > 0) then
+         call complain_about(group, '', 'what is in chambers cannot go on from mesh to mesh; finshell study refines ' &
+                             //'their meshes', error)
       else if (any(is_mode(steps%control))) then
          call complain_about(group, '', 'modes have no estimate of their error; finshell study refines their meshes', error)
       else if (any(is_in_time(steps%control))) then
