@@ -17,8 +17,8 @@ module finshell_equilibrium
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
    use finshell_cliques, only: cliques_t, joined
-   use finshell_equations, only: equations_t, field_pressure, new_equations, gather, scatter, unknowns_of, held_change, largest_turn, &
-      turn_held
+   use finshell_equations, only: equations_t, field_pressure, new_equations, gather, scatter, unknowns_of, held_change, &
+      largest_turn, turn_held
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, factors_at, follow_all, &
       number_of_factors, set_factor, scaled_sum, slopes

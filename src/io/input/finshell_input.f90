@@ -275,7 +275,7 @@ contains
             call read_load(namelist%groups(i), input%structure, input%scales, error)
             input%load_lines = [input%load_lines, namelist%groups(i)%line]
          case ('chamber')
-            call read_chamber(namelist%groups(i), input%structure, input%cases, error)
+            call read_chamber(namelist%groups(i), input%structure, input%scales, error)
             input%chamber_lines = [input%chamber_lines, namelist%groups(i)%line]
          case ('step')
             n = n + 1

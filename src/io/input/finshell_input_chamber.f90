@@ -2,7 +2,8 @@
 module finshell_input_chamber
    use finshell_chamber, only: chamber_t
    use finshell_error, only: error_t
-   use finshell_input_case, only: get_scaling, name_t
+   use finshell_input_case, only: get_scaling, scales_t
+   use finshell_field, only: name_t
    use finshell_input_common, only: check_name
    use finshell_mesh, only: element_set_names, find_element_set
    use finshell_namelist, only: check_all_used, complain_about, get, get_strings, group_t, has
@@ -15,10 +16,10 @@ module finshell_input_chamber
 contains
 
    !> &chamber: append one chamber to the structure.
-   subroutine read_chamber(group, structure, cases, error)
+   subroutine read_chamber(group, structure, scales, error)
       type(group_t), intent(inout) :: group
       type(structure_t), intent(inout) :: structure
-      type(name_t), intent(in) :: cases(:)
+      type(scales_t), intent(inout) :: scales
       type(error_t), allocatable, intent(inout) :: error
       type(chamber_t) :: chamber
       character(len=:), allocatable :: fluid
@@ -47,7 +48,7 @@ contains
       end if
       call get(group, 'rigid_volume', chamber%rigid, error, default=0.0d0, minimum=0.0d0)
       call get(group, 'inflow', chamber%inflow, error, default=0.0d0)
-      call get_scaling(group, cases, chamber%scaling, error)
+      call get_scaling(group, scales, chamber%scaling, error)
       call check_all_used(group, error)
       if (.not. allocated(error)) structure%chambers = [structure%chambers, chamber]
    end subroutine read_chamber
