@@ -8,7 +8,7 @@ module finshell_dynamic_start
    use finshell_freedoms, only: n_corners, n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: new_damper
    use finshell_kinds, only: wp, dp
-   use finshell_linked_start, only: linked_accelerations, node_without_mass
+   use finshell_linked_start, only: linked_accelerations, linked_velocities, node_without_mass
    use finshell_motion_start, only: begin_motion, lumped_masses
    use finshell_state, only: moved_state, small_part, state_t
    use finshell_status, only: status_input_error
@@ -58,7 +58,8 @@ contains
          state%velocity = free_part(equations, state%velocity) + inertia%held_velocity
          call equations%links%settle(state)
          call equations%links%refresh(state)
-         call equations%links%extend(state%velocity)
+         if (equations%links%any()) call linked_velocities(problem, state%velocity, error)
+         if (allocated(error)) return
          call problem%accept()
          inertia%v0 = state%velocity
          allocate (inertia%a0(n_nodal, size(inertia%mass, 2)), source=0.0_wp)

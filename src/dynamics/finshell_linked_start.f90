@@ -12,7 +12,7 @@ module finshell_linked_start
    use finshell_status, only: status_singular_matrix
    implicit none
    private
-   public :: node_without_mass, linked_accelerations
+   public :: node_without_mass, linked_velocities, linked_accelerations
 
    real(wp), parameter :: small_turn = 1.0e-4_wp !< of differences of the second order
 
@@ -46,27 +46,50 @@ contains
       node = findloc(without, .true., dim=1)
    end function node_without_mass
 
-   !> Accelerations under given forces: T^T M (T a + c) = T^T f, c what turning arms have when their masters have none. What has no
-   !> inertia has no acceleration. Errors: masses that do not hold what is free.
+   !> Velocities that joints allow, with the same momenta in all motions that they allow: (T^T M T) x = T^T M v.
+   subroutine linked_velocities(problem, velocity, error)
+      class(equilibrium_t), intent(inout) :: problem
+      real(wp), intent(inout) :: velocity(:, :) !< (n_nodal, nodes)
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), allocatable :: held(:, :)
+      held = problem%inertia%held_velocity
+      call problem%equations%links%extend(held)
+      call solve_masses(problem, problem%inertia%mass*(velocity - held), velocity, error)
+      velocity = velocity + held
+   end subroutine linked_velocities
+
+   !> Accelerations under given forces: T^T M (T a + c) = T^T f, c what turning arms have when their masters have none.
    subroutine linked_accelerations(problem, force, acceleration, error)
       class(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: force(:, :) !< (n_nodal, nodes)
       real(wp), intent(out) :: acceleration(:, :) !< (n_nodal, nodes)
       type(error_t), allocatable, intent(out) :: error
-      real(wp), allocatable :: turning(:, :), values(:), b(:), x(:)
+      real(wp), allocatable :: turning(:, :)
+      call turning_accelerations(problem, turning)
+      call solve_masses(problem, force - problem%inertia%mass*turning, acceleration, error)
+      acceleration = acceleration + turning
+   end subroutine linked_accelerations
+
+   !> T x with (T^T M T) x = T^T f. What has no inertia stays. Errors: what turns and has no inertia against it.
+   subroutine solve_masses(problem, force, motion, error)
+      class(equilibrium_t), intent(inout) :: problem
+      real(wp), intent(in) :: force(:, :) !< (n_nodal, nodes)
+      real(wp), intent(out) :: motion(:, :) !< (n_nodal, nodes)
+      type(error_t), allocatable, intent(out) :: error
+      real(wp), allocatable :: values(:), b(:), x(:)
       integer, allocatable :: diagonal(:)
       integer :: i
       real(wp) :: a1
+      motion = 0
       allocate (values(size(problem%values)), source=0.0_wp)
       allocate (b(problem%n), x(problem%n))
       diagonal = problem%diagonal_places()
+      call gather(problem%equations, force, b)
       associate (inertia => problem%inertia)
-         call turning_accelerations(problem, turning)
          a1 = inertia%a1
          inertia%a1 = 1
          call stiffen(inertia, problem%equations, diagonal, problem%assembly%linked, values)
          inertia%a1 = a1
-         call gather(problem%equations, force - inertia%mass*turning, b)
       end associate
       do i = 1, problem%n
          if (values(diagonal(i)) > 0) cycle
@@ -80,9 +103,8 @@ contains
             //'turning about some axis: '//error%message
          return
       end if
-      call scatter(problem%equations, x, acceleration)
-      acceleration = acceleration + turning
-   end subroutine linked_accelerations
+      call scatter(problem%equations, x, motion)
+   end subroutine solve_masses
 
    !> Second differences of dependent nodes while the others go on as they do.
    subroutine turning_accelerations(problem, turning)
