@@ -79,6 +79,7 @@ module finshell_equilibrium
    contains
       procedure :: evaluate
       procedure :: evaluate_toward
+      procedure :: diagonal_places
       procedure, private :: refresh
       procedure :: factorise
       procedure :: solve
@@ -283,6 +284,13 @@ contains
       call self%equations%links%refresh(self%state)
       call self%assembly%linked%blocks%expand(self%equations)
    end subroutine refresh
+
+   !> (n) Where the diagonal stands among the values.
+   pure function diagonal_places(self) result(places)
+      class(equilibrium_t), intent(in) :: self
+      integer, allocatable :: places(:)
+      places = self%diagonal
+   end function diagonal_places
 
    !> Internal moments without those that bulges balance, and on masters the moments of what is on their arms.
    function turning_moments(self) result(moments)

@@ -23,7 +23,7 @@ module finshell_inertia
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: inertia_t
+   public :: inertia_t, stiffen
 
    type :: inertia_t
       real(wp), allocatable :: mass(:, :) !< (n_nodal, nodes) masses and rotatory inertias
@@ -80,7 +80,7 @@ contains
       class(inertia_t), intent(in) :: self
       type(equations_t), intent(in) :: equations
       integer, intent(in) :: diagonal(:)
-      type(linked_elements_t), intent(in) :: linked
+      type(linked_elements_t), intent(in) :: linked !< those of dependent nodes go to what these depend on
       real(wp), intent(inout) :: values(:)
       real(wp) :: own(n_nodal, n_nodal)
       integer :: at, i, k

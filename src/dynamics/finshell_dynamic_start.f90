@@ -8,6 +8,7 @@ module finshell_dynamic_start
    use finshell_freedoms, only: n_corners, n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: new_damper
    use finshell_kinds, only: wp, dp
+   use finshell_linked_start, only: linked_accelerations, linked_velocities, node_without_mass
    use finshell_motion_start, only: begin_motion, lumped_masses
    use finshell_state, only: moved_state, small_part, state_t
    use finshell_status, only: status_input_error
@@ -38,7 +39,7 @@ contains
       associate (inertia => problem%inertia, state => problem%state, equations => problem%equations)
          call lumped_masses(problem, inertia%mass, error)
          if (allocated(error)) return
-         node = findloc(any(equations%number(ux:uz, :) > 0 .and. .not. inertia%mass(ux:uz, :) > 0, dim=1), .true., 1)
+         node = node_without_mass(equations, inertia%mass)
          if (node > 0) then
             call raise(error, status_input_error, 'dynamic: node '//text_of(node)//' can move but has no mass: it belongs to no ' &
                //'element')
@@ -55,6 +56,10 @@ contains
                             inertia%held_velocity, inertia%held_acceleration)
          call set_factor(state, by_load_factor, step%time%factor(0.0_wp, state%load_factor))
          state%velocity = free_part(equations, state%velocity) + inertia%held_velocity
+         call equations%links%settle(state)
+         call equations%links%refresh(state)
+         if (equations%links%any()) call linked_velocities(problem, state%velocity, error)
+         if (allocated(error)) return
          call problem%accept()
          inertia%v0 = state%velocity
          allocate (inertia%a0(n_nodal, size(inertia%mass, 2)), source=0.0_wp)
@@ -63,8 +68,13 @@ contains
          problem%condensed = .false.
          if (allocated(error)) return
          force = problem%external_force - problem%internal_force + inertia%mass*inertia%held_acceleration
-         where (inertia%mass > 0) state%acceleration = force/inertia%mass
-         where (.not. inertia%mass > 0) state%acceleration = 0
+         if (equations%links%any()) then
+            call linked_accelerations(problem, force, state%acceleration, error)
+            if (allocated(error)) return
+         else
+            where (inertia%mass > 0) state%acceleration = force/inertia%mass
+            where (.not. inertia%mass > 0) state%acceleration = 0
+         end if
          state%acceleration = free_part(equations, state%acceleration) + inertia%held_acceleration
       end associate
       call problem%accept()

@@ -129,7 +129,7 @@ contains
             call raise(error, status_input_error, 'mesh: '//node_text(mesh, a)//' and '//node_text(mesh, b) &
                //' are duplicates, both at ('//text_of(real(mesh%coordinates(1, a), dp))//', ' &
                //text_of(real(mesh%coordinates(2, a), dp))//', '//text_of(real(mesh%coordinates(3, a), dp)) &
-               //'); merge them, or allow coincident nodes if a slit is meant')
+               //'); merge them, or allow coincident nodes if a slit is meant; &tie joins them')
             return
          end do
       end do

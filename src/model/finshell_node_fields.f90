@@ -14,6 +14,7 @@ module finshell_node_fields
    type :: node_results_t
       type(state_t), pointer :: state => null()
       real(wp), pointer :: internal_force(:, :) => null(), external_force(:, :) => null() !< (n_nodal, nodes), global
+      real(wp), allocatable :: joined(:, :) !< their difference, with that of dependent nodes at what these depend on
       !> (3, nodes) spins of a linear change, which may be any multiple of a turn that a quaternion does not know; and the
       !> quaternions (4, nodes) that they change, null where the change is reported alone.
       real(wp), pointer :: spin(:, :) => null(), base(:, :) => null()
@@ -85,6 +86,7 @@ contains
       integer, intent(in) :: node
       real(wp) :: values(3)
       values = results%internal_force(ux:uz, node) - results%external_force(ux:uz, node)
+      if (allocated(results%joined)) values = results%joined(ux:uz, node)
    end function reaction
 
    pure function reaction_moment(results, node) result(values)
@@ -92,6 +94,7 @@ contains
       integer, intent(in) :: node
       real(wp) :: values(3)
       values = results%internal_force(rx:rz, node) - results%external_force(rx:rz, node)
+      if (allocated(results%joined)) values = results%joined(rx:rz, node)
    end function reaction_moment
 
    pure function velocity(results, node) result(values)

@@ -170,6 +170,8 @@ contains
       results%state => state
       results%internal_force => problem%internal_force
       results%external_force => problem%external_force
+      if (problem%equations%links%any()) results%joined = problem%equations%links%folded(problem%internal_force &
+                                                                                         - problem%external_force)
       if (.not. present(change)) return
       results%spin => change%motion(rx:rz, :)
       if (.not. change%alone) results%base => problem%state%rotation

@@ -5,7 +5,7 @@ module finshell_input
    use finshell_field, only: name_characters
    use finshell_status, only: status_input_error
    use finshell_structure, only: structure_t
-   use finshell_step, only: is_in_time, step_t
+   use finshell_step, only: control_explicit, is_in_time, step_t
    use finshell_monitor, only: monitor_t, output_t
    use finshell_support, only: support_t
    use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
@@ -282,6 +282,9 @@ contains
             call read_step(namelist%groups(i), input%structure%mesh, 'step '//text_of(n), input%scales, input%preset, &
                            input%steps(n), error)
             input%step_lines = [input%step_lines, namelist%groups(i)%line]
+            if (input%steps(n)%control == control_explicit .and. allocated(input%structure%joints)) &
+               call complain_about(namelist%groups(i), 'control', "explicit steps do not know &tie, &rigid_body, &equal and " &
+                                   //"&equation; control = 'dynamic' does", error)
          end select
          if (allocated(error)) return
       end do

@@ -11,7 +11,7 @@ module finshell_input_joint
    use finshell_kinds, only: wp
    use finshell_link_builder, only: component_names
    use finshell_mesh, only: find_node_set, mesh_size, mesh_t, node_text
-   use finshell_namelist, only: check_all_used, complain_about, get, get_strings, group_t, has, namelist_t
+   use finshell_namelist, only: check_all_used, complain_about, count_groups, get, get_strings, group_t, has, namelist_t
    use finshell_partner, only: shifted_partner
    use finshell_status, only: status_input_error
    use finshell_structure, only: structure_t, turning_nodes
@@ -44,6 +44,11 @@ contains
       do i = 1, size(namelist%groups)
          associate (group => namelist%groups(i))
             if (.not. is_joint(group%name)) cycle
+            if (count_groups(namelist, 'accuracy') > 0) then
+               call complain_about(group, '', 'joints are between nodes of one mesh, and &accuracy changes it from run to run; ' &
+                  //'take &accuracy out and refine in &mesh', error)
+               return
+            end if
             call append_origin(joints%origins, group%file//':'//text_of(group%line)//': &'//group%name)
             select case (group%name)
             case ('tie'); call read_tie(group, structure%mesh, structure%sections%thickness, turns, joints, error)

@@ -31,11 +31,12 @@ module finshell_input_mesh
 contains
 
    !> &mesh: a generator with its parameters, or a file. The mesh is checked.
-   subroutine read_mesh(group, folder, mesh, normals, levels, error)
+   subroutine read_mesh(group, folder, mesh, normals, levels, tied, error)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: folder !< where relative file names begin: '' or with / at the end
       type(mesh_t), intent(out) :: mesh
       type(normals_choice_t), intent(out) :: normals !< for apply_normals
+      logical, intent(in) :: tied !< joints are there for nodes of a file that share a place
       integer, intent(in) :: levels !< generators: divisions are multiplied by 2**levels, which may be a fraction
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: generator, file
@@ -56,7 +57,7 @@ contains
       call read_normals(group, normals, error)
       if (has(group, 'file')) then
          call get(group, 'file', file, error)
-         call read_file(group, folder, file, mesh, error)
+         call read_file(group, folder, file, tied, mesh, error)
       else
          call get(group, 'generator', generator, error, choices=generators)
          if (.not. allocated(error)) call generate(group, generator, levels, mesh, error)
@@ -72,14 +73,15 @@ contains
       call place_error(group, '', error)
    end subroutine read_mesh
 
-   subroutine read_file(group, folder, file, mesh, error)
+   subroutine read_file(group, folder, file, tied, mesh, error)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: folder, file
+      logical, intent(in) :: tied
       type(mesh_t), intent(out) :: mesh
       type(error_t), allocatable, intent(inout) :: error
       logical :: coincident
 
-      call get(group, 'coincident_nodes', coincident, error, default=.false.)
+      call get(group, 'coincident_nodes', coincident, error, default=tied)
       call check_all_used(group, error)
       if (allocated(error)) return
       if (file == '') then

@@ -15,7 +15,7 @@ module finshell_input_refinement
    use finshell_mesh, only: mesh_t, set_t
    use finshell_mesh_check, only: check_mesh
    use finshell_mesh_refinement, only: refine_mesh
-   use finshell_namelist, only: complain_about, get, group_t, has, namelist_t
+   use finshell_namelist, only: complain_about, count_groups, get, group_t, has, namelist_t
    use finshell_structure, only: structure_t
    use finshell_surface, only: surface_none
    implicit none
@@ -76,7 +76,7 @@ contains
       type(bisection_t), intent(inout), optional :: bisection
       type(set_t), allocatable :: former(:)
       type(mesh_t) :: bare, own
-      call read_mesh(group, folder, mesh, normals, 0, error)
+      call read_mesh(group, folder, mesh, normals, 0, is_tied(namelist), error)
       if (allocated(error)) return
       if (present(bisection)) then
          if (allocated(bisection%side)) then
@@ -100,7 +100,7 @@ contains
          ! a set may exist in the refined mesh only, as the middle of an odd number of cells
          if (allocated(error)) deallocate (error)
          call move_alloc(mesh%node_sets, former)
-         call read_mesh(group, folder, mesh, normals, refine, error)
+         call read_mesh(group, folder, mesh, normals, refine, is_tied(namelist), error)
          own = mesh
          bare = mesh
          if (.not. allocated(error)) call read_sets(namelist, mesh, error)
@@ -123,6 +123,12 @@ contains
          call begin_bisection(bisection, own)
       end subroutine begin
    end subroutine read_refined
+
+   pure logical function is_tied(namelist)
+      type(namelist_t), intent(in) :: namelist
+      is_tied = count_groups(namelist, 'tie') + count_groups(namelist, 'equal') + count_groups(namelist, 'equation') &
+                + count_groups(namelist, 'rigid_body') > 0
+   end function is_tied
 
    subroutine read_sets(namelist, mesh, error)
       type(namelist_t), intent(inout) :: namelist
