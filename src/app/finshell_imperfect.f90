@@ -48,8 +48,9 @@ contains
                case (from_file); field = own%field
                case default; call wave_field(input%structure, own%wave_length, own%seed, field, refusal)
                end select
-               if (.not. allocated(refusal) .and. .not. any(abs(field) > 0)) &
-                  call raise(refusal, status_input_error, 'the field moves nothing')
+               if (.not. allocated(refusal)) then
+                  if (.not. any(abs(field) > 0)) call raise(refusal, status_input_error, 'the field moves nothing')
+               end if
                if (allocated(refusal)) then
                   call raise(error, refusal%code, input%file//':'//text_of(own%line)//': &imperfection: '//refusal%message)
                   return
