@@ -101,6 +101,7 @@ contains
       call bend_reference(input%structure, total)
       if (speaks) write (output_unit, '(a)') 'Imperfection: '//text(3:)//' of step '//text_of(last)
       problem%stage = last + 1
+      if (allocated(problem%released)) deallocate (problem%released)
       problem%may_float = may_float(input%structure, input%steps, last + 1)
       call new_equilibrium(problem, input%structure, error)
    end subroutine apply_modes

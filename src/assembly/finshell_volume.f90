@@ -12,7 +12,8 @@ module finshell_volume
    use finshell_acting_load, only: positions
    use finshell_mesh, only: find_element_set, element_set_names
    use finshell_state, only: state_t
-   use finshell_equations, only: equations_t, gather, motion_at
+   use finshell_equations, only: equations_t, gather
+   use finshell_held_motion, only: motion_at
    use finshell_external, only: external_t
    use finshell_factor, only: by_load_factor
    use finshell_pressure, only: follower_pressure, enclosed_volume

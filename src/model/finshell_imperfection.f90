@@ -134,7 +134,7 @@ contains
    end subroutine corners_of_nodes
 
    !> A smooth random field along the normals: waves of one length in space, of random directions and phases; largest
-   !> displacement 1. The same for the same seed on any mesh of the shape, but for its scale and what the supports hold, which stays.
+   !> displacement 1. Of the same seed it is the same on any mesh of the shape, but for its scale; what supports hold stays.
    subroutine wave_field(structure, wave_length, seed, displacement, error)
       type(structure_t), intent(in) :: structure
       real(wp), intent(in) :: wave_length
