@@ -11,17 +11,18 @@ module finshell_equilibrium
       status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise
    use finshell_batch, only: n_resultants
-   use finshell_mesh, only: elements_at, mesh_size, mean_side
+   use finshell_description, only: describe
+   use finshell_mesh, only: elements_at
    use finshell_motion_size, only: size_of_motion
    use finshell_retraction, only: retraction_t, new_retraction
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
    use finshell_cliques, only: cliques_t, joined
-   use finshell_equations, only: equations_t, field_pressure, new_equations, gather, scatter, unknowns_of, held_change, &
-      largest_turn, turn_held
+   use finshell_equations, only: equations_t, field_pressure, new_equations, gather, scatter, unknowns_of
+   use finshell_held_motion, only: held_change, largest_turn, turn_held
    use finshell_external, only: external_t, new_external
-   use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, factors_at, follow_all, &
-      number_of_factors, set_factor, scaled_sum, slopes
+   use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, factors_at, &
+      number_of_factors, set_factor, scaled_sum, slopes, start_following
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
    use finshell_linear_solver, only: linear_solver_t
@@ -39,7 +40,7 @@ module finshell_equilibrium
    use finshell_volume, only: volume_t, new_volume
    use finshell_inertia, only: inertia_t
    use finshell_fictitious_mass, only: fictitious_mass
-   use finshell_ground, only: add_ground, is_soft, lumped_weight
+   use finshell_ground, only: add_ground, lumped_weight
    use finshell_element_limit, only: element_trouble
    use finshell_team, only: leads, own_elements, shared, team_t
    implicit none
@@ -60,12 +61,11 @@ module finshell_equilibrium
       integer, allocatable :: watched_nodes(:)
       integer :: watched_component = 0
       type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
-      logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`, as is
-      integer :: stage = 1 !< the step whose loads and supports these are (finshell_stage)
+      logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`
+      integer :: stage = 1 !< the step whose loads and supports these are (finshell_stage), likewise
       real(wp), allocatable :: released(:, :) !< (n_nodal, nodes) forces that are let go before it; unallocated: none
       integer :: assemblies = 0, force_evaluations = 0
-      !> Factor of each case (finshell_factor), the first being that without a name: see finshell_load_case.
-      integer, allocatable :: factor_of_case(:)
+      integer, allocatable :: factor_of_case(:) !< finshell_factor; the first is that without a name (finshell_load_case)
       type(assembly_t) :: assembly
       type(inertia_t), allocatable :: inertia !< of steps in time
       class(team_t), pointer :: team => null() !< processes that share the work
@@ -146,16 +146,11 @@ contains
       self%half%solver%options = self%solver%options
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
-      self%soft = is_soft(structure%sections)
-      self%limp = any(structure%sections%membrane)
-      self%crumples = any(structure%sections%membrane .and. .not. structure%sections%wrinkling)
+      call describe(self, structure, self%equations)
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
       self%n = self%equations%n + self%external%chambers%n
       self%field = [self%equations%field, spread(field_pressure, 1, self%external%chambers%n)]
       self%confined = .not. self%external%chambers%yields()
-      self%size = mesh_size(structure%mesh)
-      self%slenderness = minval(structure%sections%thickness)/self%size
-      self%detail = mean_side(structure%mesh)
       call new_retraction(self%retraction, structure)
       self%weight = [lumped_weight(structure%mesh, self%equations, self%detail), spread(0.0_wp, 1, self%external%chambers%n)]
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
@@ -163,9 +158,7 @@ contains
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force)
       if (allocated(self%ground)) deallocate (self%ground)
-      if (allocated(self%released)) deallocate (self%released)
       if (allocated(self%compliance)) deallocate (self%compliance, self%inflow, self%gradient)
-      if (allocated(self%watched)) deallocate (self%watched)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       self%entry = entry_t()
       self%base_entry = entry_t()
@@ -173,8 +166,7 @@ contains
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       self%moved_elements = elements_at(structure%mesh, moving_nodes(self%equations))
       call new_state(self%state, nodes, structure%cases + self%external%chambers%n)
-      if (allocated(structure%followers)) self%state%followers = structure%followers
-      call follow_all(self%state)
+      call start_following(self%state, structure%followers)
       self%base = self%state
       self%iterate = self%state
       self%factor_of_case = [by_load_factor, (by_case + i, i=1, structure%cases)]
@@ -347,7 +339,6 @@ contains
       integer, intent(in), optional :: scaling
       real(wp), allocatable :: nodal(:, :), before(:)
       integer :: active, many
-
       active = by_load_factor
       many = size(self%equations%motion, 3)
       if (present(scaling)) active = scaling

@@ -2,7 +2,8 @@
 module finshell_ledger
    use finshell_kinds, only: wp
    use finshell_state, only: state_t
-   use finshell_equations, only: equations_t, motion_at, motion_of
+   use finshell_equations, only: equations_t
+   use finshell_held_motion, only: motion_at, motion_of
    use finshell_external, only: external_t, on_nothing, displacements_only, with_rotations
    use finshell_freedoms, only: n_nodal
    use finshell_factor, only: factors_at, slopes, unscaled

@@ -10,7 +10,8 @@ module finshell_linear_step
    use finshell_kinds, only: wp, dp
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_error, only: error_t, raise, text_of
-   use finshell_equations, only: field_pressure, motion_at, gather, scatter
+   use finshell_equations, only: field_pressure, gather, scatter
+   use finshell_held_motion, only: motion_at
    use finshell_equilibrium, only: equilibrium_t
    use finshell_factor, only: by_load_factor, by_constant_factor
    use finshell_load_terms, only: add_rate, add_stiffness_times, turn_moments

@@ -1,11 +1,13 @@
 !> Stages: between steps supports and loads come and go.
 !>
-!> The equations are numbered anew, the state stays. A support that comes holds its nodes where they are; what its factor changes from
-!> then on moves them. What then is out of balance - the reactions of supports that have gone, loads that have come or gone - is
+!> The equations are numbered anew, the state stays. A support that comes holds its nodes where they are, and moves them by what its
+!> factor changes from then on. What is out of balance - reactions of supports that have gone, loads that have come or gone - is
 !> balanced by nodal forces that are let go before the step, from all of them to none, under load control (finshell_path): the path
 !> goes on without a jump, whatever the step itself prescribes.
 module finshell_stage
-   use finshell_equations, only: anchor, scatter
+   use finshell_balance, only: tangent_t
+   use finshell_equations, only: scatter
+   use finshell_held_motion, only: anchor
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t
    use finshell_factor, only: factors_at
@@ -13,11 +15,14 @@ module finshell_stage
    use finshell_kinds, only: wp
    use finshell_load_case, only: arrange_cases, case_of_steps
    use finshell_memo, only: memo_t
+   use finshell_path, only: path_t
+   use finshell_predictor, only: history_t
+   use finshell_stability, only: stability_t
    use finshell_state, only: state_t
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: is_same_stage, change_stage, let_go, carry_stage
+   public :: is_same_stage, change_stage, forget_path, let_go, carry_stage
 
 contains
 
@@ -56,12 +61,26 @@ contains
       call arrange_cases(problem, 1)
       state = problem%state
       problem%stage = step
+      if (allocated(problem%released)) deallocate (problem%released)
       call new_equilibrium(problem, problem%structure, error)
       if (allocated(error)) return
       problem%state = state
       problem%base = state
       problem%iterate = state
    end subroutine renumber
+
+   !> The equations have been numbered anew: vectors over them mean nothing any more.
+   pure subroutine forget_path(path)
+      type(path_t), intent(inout) :: path
+      path%history = history_t()
+      path%tangent = tangent_t()
+      path%stability = stability_t()
+      path%underway = .false.
+      path%kinked = .false.
+      if (allocated(path%branch)) deallocate (path%branch)
+      if (allocated(path%refused)) deallocate (path%refused)
+      if (allocated(path%overshoot)) deallocate (path%overshoot)
+   end subroutine forget_path
 
    !> Balance what is out of balance by forces that are to be let go, unless it is less than a part of the loads and reactions.
    subroutine let_go(problem, part, error)

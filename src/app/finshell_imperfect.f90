@@ -48,8 +48,9 @@ contains
                case (from_file); field = own%field
                case default; call wave_field(input%structure, own%wave_length, own%seed, field, refusal)
                end select
-               if (.not. allocated(refusal) .and. .not. any(abs(field) > 0)) &
-                  call raise(refusal, status_input_error, 'the field moves nothing')
+               if (.not. allocated(refusal)) then
+                  if (.not. any(abs(field) > 0)) call raise(refusal, status_input_error, 'the field moves nothing')
+               end if
                if (allocated(refusal)) then
                   call raise(error, refusal%code, input%file//':'//text_of(own%line)//': &imperfection: '//refusal%message)
                   return
@@ -100,6 +101,7 @@ contains
       call bend_reference(input%structure, total)
       if (speaks) write (output_unit, '(a)') 'Imperfection: '//text(3:)//' of step '//text_of(last)
       problem%stage = last + 1
+      if (allocated(problem%released)) deallocate (problem%released)
       problem%may_float = may_float(input%structure, input%steps, last + 1)
       call new_equilibrium(problem, input%structure, error)
    end subroutine apply_modes

@@ -15,7 +15,7 @@ module finshell_job
    use finshell_reporter, only: reporter_t
    use finshell_resettle, only: resettle
    use finshell_speaker, only: speaker_t
-   use finshell_stage, only: change_stage, is_same_stage, let_go
+   use finshell_stage, only: change_stage, forget_path, is_same_stage, let_go
    use finshell_state, only: state_t
    use finshell_structure, only: structure_t
    use finshell_team, only: agree
@@ -115,7 +115,7 @@ contains
          if (allocated(error)) return
          problem%may_float = may_float(problem%structure, steps, i)
          call change_stage(problem, i, error)
-         call path%begin_anew()
+         call forget_path(path)
       end if
       if (allocated(error)) then
          error%message = "step '"//steps(i)%name//"': "//error%message

@@ -139,7 +139,7 @@ contains
    pure logical function something_scales(problem, scaling) result(yes)
       type(equilibrium_t), intent(in) :: problem
       integer, intent(in) :: scaling !< of the loads that follow it, in the structure
-      integer, allocatable :: moving(:), scaled(:) !< factors that go along with it: those of supports, and of loads in the structure
+      integer, allocatable :: moving(:), scaled(:) !< factors that go along with it, of supports and of loads
       integer :: i
       moving = [by_load_factor]
       scaled = [scaling]

@@ -7,7 +7,8 @@ module finshell_load_terms
    use finshell_discretisation, only: evaluate_gathered, freedoms, gather_elements, gather_motion, gathered_t
    use finshell_structure, only: structure_t
    use finshell_state, only: state_t
-   use finshell_equations, only: equations_t, motion_at
+   use finshell_equations, only: equations_t
+   use finshell_held_motion, only: motion_at
    use finshell_factor, only: slope_of
    use finshell_external, only: external_t
    use finshell_joint_stiffness, only: add_at_node

@@ -13,7 +13,8 @@ module finshell_volume
    use finshell_mesh, only: find_element_set, element_set_names
    use finshell_state, only: state_t
    use finshell_enclosed_volume, only: volume_behind
-   use finshell_equations, only: equations_t, motion_at, unknowns_of
+   use finshell_equations, only: equations_t, unknowns_of
+   use finshell_held_motion, only: motion_at
    use finshell_external, only: external_t
    use finshell_factor, only: by_load_factor
    use finshell_pressure, only: follower_pressure

@@ -5,7 +5,8 @@ module finshell_watched_displacement
    use finshell_status, only: status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise, text_of
    use finshell_mesh, only: mesh_t, find_node_set, node_set_names
-   use finshell_equations, only: equations_t, motion_at, unknowns_of
+   use finshell_equations, only: equations_t, unknowns_of
+   use finshell_held_motion, only: motion_at
    use finshell_factor, only: by_load_factor
    use finshell_freedoms, only: n_nodal
    use finshell_state, only: state_t

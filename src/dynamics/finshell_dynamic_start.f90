@@ -1,7 +1,8 @@
 !> Where an implicit step in time begins: masses, damping, the load factor at once, accelerations from equilibrium, and how long the
 !> first increment is.
 module finshell_dynamic_start
-   use finshell_equations, only: free_part, held_change
+   use finshell_equations, only: free_part
+   use finshell_held_motion, only: held_change
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_constant_factor, by_load_factor, factors_at, set_factor

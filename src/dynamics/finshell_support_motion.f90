@@ -1,6 +1,7 @@
 !> Velocities and accelerations of moved supports, and when they change abruptly.
 module finshell_support_motion
-   use finshell_equations, only: equations_t, held_change, held_rotation, motion_of
+   use finshell_equations, only: equations_t
+   use finshell_held_motion, only: held_change, held_rotation, motion_of
    use finshell_factor, only: by_load_factor, corners, factors_at, set_factor, set_time
    use finshell_freedoms, only: n_nodal, rx, rz
    use finshell_kinds, only: wp
@@ -61,8 +62,8 @@ contains
       end do
    end subroutine support_rates
 
-   !> Mean velocities and spins with which moved supports come to where they are at a load factor and a time, and rotations there that
-   !> are prescribed as a whole.
+   !> Mean velocities and spins with which moved supports come to where they are at a load factor and a time, and rotations there
+   !> that are prescribed as a whole.
    pure subroutine drive_supports(equations, state, load_factor, time, length, drive, turned)
       type(equations_t), intent(in) :: equations
       type(state_t), intent(inout) :: state !< is left as it was

@@ -2,16 +2,16 @@
 module finshell_factor
    use finshell_kinds, only: wp
    use finshell_state, only: state_t
-   use finshell_table, only: by_time
+   use finshell_table, only: by_time, follower_t
    implicit none
    private
    public :: by_load_factor, by_constant_factor, unscaled, by_release, by_case
-   public :: factor_at, factors_at, set_factor, set_time, follow_all, slope_of, slopes, extrapolate, corners, scaled_sum
+   public :: factor_at, factors_at, set_factor, set_time, start_following, slope_of, slopes, extrapolate, corners, scaled_sum
    public :: number_of_factors, exchange_factors
 
    !> The load factor of the step; the constant factor, which rises to 1 before the first step; nothing: always there in full,
-   !> as an elastic foundation is; what is let go before a step (finshell_stage), from 1 to 0. Behind these, by_case + i: factor i of
-   !> those that the present step leaves alone, or that follow another one. Also positions in arrays with a part for each.
+   !> as an elastic foundation is; what is let go before a step (finshell_stage), from 1 to 0. Behind these, by_case + i: factor i
+   !> of those that the present step leaves alone, or that follow another one. Also positions in arrays with a part for each.
    integer, parameter :: by_load_factor = 1, by_constant_factor = 2, unscaled = 3, by_release = 4, by_case = 4
 
 contains
@@ -73,6 +73,14 @@ contains
       call follow_all(state)
    end subroutine set_time
 
+   !> From now on some factors follow others, or the time.
+   pure subroutine start_following(state, followers)
+      type(state_t), intent(inout) :: state
+      type(follower_t), intent(in), optional :: followers(:)
+      if (present(followers)) state%followers = followers
+      call follow_all(state)
+   end subroutine start_following
+
    !> Factors that follow others, or the time.
    pure subroutine follow_all(state)
       type(state_t), intent(inout) :: state
@@ -91,8 +99,8 @@ contains
       end do
    end subroutine follow_all
 
-   !> Derivative of factor k with respect to a factor that changes: 1 for itself, the slope of its table for one that follows it. At a
-   !> corner the slope is that of the side that the path comes from or, once the state is accepted, goes to.
+   !> Derivative of factor k with respect to a factor that changes: 1 for itself, the slope of its table for one that follows it. At
+   !> a corner the slope is that of the side that the path comes from or, once the state is accepted, goes to.
    pure real(wp) function slope_of(state, active, k) result(slope)
       type(state_t), intent(in) :: state
       integer, intent(in) :: active, k

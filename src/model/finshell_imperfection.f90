@@ -6,7 +6,6 @@ module finshell_imperfection
    use finshell_kinds, only: i8, wp
    use finshell_mesh, only: mesh_t
    use finshell_rotation, only: cross_product
-   use finshell_quaternion, only: quaternion_to_matrix, rotation_vector_to_quaternion
    use finshell_structure, only: structure_t, turning_nodes
    implicit none
    private
@@ -32,39 +31,62 @@ module finshell_imperfection
 
 contains
 
-   !> Move the nodes of the reference shape; normals at the corners of elements turn as the facets around them do.
+   !> Move the nodes of the reference shape; normals at the corners of elements turn with the facets around them.
    subroutine bend_reference(structure, displacement)
       type(structure_t), intent(inout) :: structure
       real(wp), intent(in) :: displacement(:, :) !< (3, nodes)
-      real(wp), allocatable :: before(:, :), after(:, :), turned(:, :, :)
+      type(mesh_t) :: before
+      real(wp), allocatable :: turned(:, :, :)
+      real(wp) :: n(3), sum(3)
       integer, allocatable :: first(:), corners(:)
       integer :: e, i, k, node
-      before = area_normals(structure%mesh)
+      before = structure%mesh
       structure%mesh%coordinates = structure%mesh%coordinates + displacement
       if (.not. allocated(structure%normal)) return
-      after = area_normals(structure%mesh)
       call corners_of_nodes(structure%mesh, first, corners)
       turned = structure%normal
       do e = 1, size(structure%mesh%triangles, 2)
          do k = 1, 3
             node = structure%mesh%triangles(k, e)
-            block
-               real(wp) :: old(3), new(3)
-               old = 0
-               new = 0
-               do i = first(node), first(node + 1) - 1
-                  associate (other => (corners(i) - 1)/3 + 1, corner => mod(corners(i) - 1, 3) + 1)
-                     if (.not. alike(structure%normal(:, corner, other), structure%normal(:, k, e))) cycle
-                     old = old + before(:, other)
-                     new = new + after(:, other)
-                  end associate
-               end do
-               turned(:, k, e) = turned_with(structure%normal(:, k, e), old, new)
-            end block
+            n = structure%normal(:, k, e)
+            sum = 0
+            do i = first(node), first(node + 1) - 1
+               associate (other => (corners(i) - 1)/3 + 1, corner => mod(corners(i) - 1, 3) + 1)
+                  if (alike(structure%normal(:, corner, other), n)) sum = sum + carried(before, structure%mesh, other, n)
+               end associate
+            end do
+            if (norm2(sum) > 0) turned(:, k, e) = norm2(n)/norm2(sum)*sum
          end do
       end do
       structure%normal = turned
    end subroutine bend_reference
+
+   !> A vector that keeps its components along two sides and the normal of a facet, times the area.
+   pure function carried(before, after, e, n) result(vector)
+      type(mesh_t), intent(in) :: before, after
+      integer, intent(in) :: e
+      real(wp), intent(in) :: n(3)
+      real(wp) :: vector(3), old(3, 3), new(3, 3), area
+      old = sides_and_normal(before, e)
+      new = sides_and_normal(after, e)
+      area = norm2(cross_product(old(:, 1), old(:, 2)))
+      vector = 0
+      if (.not. area > 0) return
+      vector = dot_product(cross_product(n, old(:, 2)), old(:, 3))*new(:, 1) &
+               + dot_product(cross_product(old(:, 1), n), old(:, 3))*new(:, 2) + area*dot_product(n, old(:, 3))*new(:, 3)
+   end function carried
+
+   pure function sides_and_normal(mesh, e) result(a)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: e
+      real(wp) :: a(3, 3)
+      associate (x => mesh%coordinates, t => mesh%triangles(:, e))
+         a(:, 1) = x(:, t(2)) - x(:, t(1))
+         a(:, 2) = x(:, t(3)) - x(:, t(1))
+         a(:, 3) = cross_product(a(:, 1), a(:, 2))
+         if (norm2(a(:, 3)) > 0) a(:, 3) = a(:, 3)/norm2(a(:, 3))
+      end associate
+   end function sides_and_normal
 
    !> Are two normals the same, so that the surface is smooth between their elements?
    pure logical function alike(a, b)
@@ -72,20 +94,6 @@ contains
       real(wp), parameter :: rounding = 1.0e-9_wp
       alike = dot_product(a, b) > (1 - rounding)*norm2(a)*norm2(b)
    end function alike
-
-   !> A vector turned as one direction turns to another.
-   pure function turned_with(n, old, new) result(turned)
-      real(wp), intent(in) :: n(3), old(3), new(3)
-      real(wp) :: turned(3), axis(3)
-      real(wp) :: sine, cosine
-      turned = n
-      if (.not. (norm2(old) > 0 .and. norm2(new) > 0)) return
-      axis = cross_product(old, new)/(norm2(old)*norm2(new))
-      sine = norm2(axis)
-      cosine = dot_product(old, new)/(norm2(old)*norm2(new))
-      if (sine > 0) turned = matmul(quaternion_to_matrix( &
-         rotation_vector_to_quaternion(atan2(sine, cosine)/sine*axis)), n)
-   end function turned_with
 
    !> (3, elements) normals of the facets, of twice their area.
    pure function area_normals(mesh) result(n)
@@ -126,7 +134,7 @@ contains
    end subroutine corners_of_nodes
 
    !> A smooth random field along the normals: waves of one length in space, of random directions and phases; largest
-   !> displacement 1. The same for the same seed on any mesh of the shape, but for its scale and what the supports hold, which stays.
+   !> displacement 1. Of the same seed it is the same on any mesh of the shape, but for its scale; what supports hold stays.
    subroutine wave_field(structure, wave_length, seed, displacement, error)
       type(structure_t), intent(in) :: structure
       real(wp), intent(in) :: wave_length

@@ -7,7 +7,8 @@
 !> (to fourth order) come out as they are.
 module finshell_state_transfer
    use finshell_edges, only: edges_t, find_edge, new_edges
-   use finshell_equations, only: equations_t, held_rotation
+   use finshell_equations, only: equations_t
+   use finshell_held_motion, only: held_rotation
    use finshell_factor, only: factor_at
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_kinds, only: wp

@@ -1,5 +1,5 @@
-!> Tables: a factor over another one or over time, along straight lines or smoothly between points; before the first point and behind
-!> the last one it stays.
+!> Tables: a factor over another one or over time, along straight lines or smoothly between points; before the first point and
+!> behind the last one it stays.
 module finshell_table
    use finshell_kinds, only: wp
    implicit none

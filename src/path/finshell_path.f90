@@ -23,8 +23,7 @@ module finshell_path
    use finshell_stability, only: stability_t, find_stability, bifurcation_point, limit_and_bifurcation
    use finshell_locate, only: mark, location_t
    use finshell_caution, only: objection, at_fold, fold_text
-   use finshell_balance, only: tangent_t, verdict_t
-   use finshell_predictor, only: history_t
+   use finshell_balance, only: verdict_t
    use finshell_diagnosis, only: failure_t, failure_text, crawls_to_limit, where_text
    use finshell_progress, only: progress_t, continues
    use finshell_stabilisation, only: stabiliser_t
@@ -47,7 +46,6 @@ module finshell_path
       integer :: ramping = by_load_factor !< the factor that its increments change: its own, or that of a ramp before it
    contains
       procedure :: follow
-      procedure :: begin_anew
       procedure :: ramps_before
       procedure, private :: ramp
       procedure, private :: advance
@@ -175,19 +173,6 @@ contains
       end if
       call self%history%forget()
    end subroutine ramp
-
-   !> The equations have been numbered anew: vectors over them mean nothing any more.
-   pure subroutine begin_anew(self)
-      class(path_t), intent(inout) :: self
-      self%history = history_t()
-      self%tangent = tangent_t()
-      self%stability = stability_t()
-      self%underway = .false.
-      self%kinked = .false.
-      if (allocated(self%branch)) deallocate (self%branch)
-      if (allocated(self%refused)) deallocate (self%refused)
-      if (allocated(self%overshoot)) deallocate (self%overshoot)
-   end subroutine begin_anew
 
    !> Increment after increment until the targets are reached.
    subroutine advance(self, problem, step, targets, observer, error, before)

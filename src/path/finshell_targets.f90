@@ -11,7 +11,7 @@ module finshell_targets
 
    type :: targets_t
       real(wp), allocatable :: level(:), value(:)
-      real(wp), allocatable :: corner(:) !< factors at which tables of what follows have corners: to land on whichever way they are passed
+      real(wp), allocatable :: corner(:) !< of tables of what follows the factor: to land on whenever they are passed
       integer :: at_level = 1, at_value = 1 !< the next ones
       logical :: ends_at_level = .true., ends_at_value = .false.
       logical :: of_volume = .false. !< the values are volumes

@@ -8,6 +8,7 @@ module finshell_tracker
    use finshell_step, only: convergence_t, step_t, control_load, control_displacement, control_arc_length, control_volume, &
       prescribes_monitored, snap_refuse, mixed_auto, mixed_never, tangent_always, tangent_auto, tangent_never
    use finshell_control, only: constraint_t, control_vector, arc_norm, arc_product
+   use finshell_attempt, only: attempt_t
    use finshell_newton, only: newton_result_t, solve_increment, too_soft
    use finshell_descent, only: descend
    use finshell_relaxation, only: relax
@@ -20,25 +21,6 @@ module finshell_tracker
    implicit none
    private
    public :: tracker_t, attempt_t, monitored
-
-   !> What an increment prescribes.
-   type :: attempt_t
-      integer :: control = control_load
-      real(wp) :: size = 0 !< signed, in the measure of the control
-      logical :: again = .false. !< an attempt from here has failed
-      logical :: plain = .false. !< plain Newton, even where the step asks for mixed
-      logical :: softly = .false. !< by finshell_start
-      real(wp) :: turn = 0 !< rotation of the linear answer to it
-      logical :: descends = .false. !< by finshell_descent, without prediction; load control only
-      real(wp) :: reach = huge(1.0_wp) !< of a descent
-      logical :: relaxes = .false. !< by finshell_relaxation, without prediction; load control only
-      logical :: landing = .false. !< a load level or monitored value is to be met, in another measure than the step's
-      real(wp) :: prescribed = 0 !< the value that is prescribed, set by `try`
-      real(wp) :: interpolate = 0 !< > 0: start at this fraction of the increment that overshot
-      logical :: along = .false. !< predicted along the tangent; set by `try`
-      logical :: chord = .false. !< not to be predicted along the tangent
-      real(wp), allocatable :: predicted(:) !< the predicted increment, unallocated without a prediction; set by `try`
-   end type attempt_t
 
    type :: tracker_t
       real(wp) :: mean_levels(2) = 0 !< force and moment level, mean over the converged increments
@@ -273,8 +255,7 @@ contains
          attempt%predicted = scale*x
          call problem%move(attempt%predicted, scale*change, scaling=step%scaling)
       else if (attempt%control == control_arc_length .and. self%kinked) then
-         ! behind a corner the factor goes on as it came: the other way is that from which the path has come
-         constraint%sense = sign(1.0_wp, self%history%factor(1))
+         constraint%sense = sign(1.0_wp, self%history%factor(1)) ! the other way is that from which the path has come
       else if (attempt%control == control_arc_length) then
          constraint%previous = self%history%vector(:, 1)
          constraint%previous_change = self%history%factor(1)
@@ -320,10 +301,8 @@ contains
          level_part = fraction_passed(old_factor, factor, targets%next_level())
       if (targets%has_value() .and. .not. prescribes_monitored(attempt%control)) &
          value_part = fraction_passed(old_value, value, targets%next_value())
-      corner_part = 2
-      corner = factor
-      if (attempt%control /= control_load) corner = targets%passed_corner(old_factor, factor)
-      if (abs(corner - factor) > 0) corner_part = fraction_passed(old_factor, factor, corner)
+      corner = merge(factor, targets%passed_corner(old_factor, factor), attempt%control == control_load)
+      corner_part = fraction_passed(old_factor, factor, corner)
       overshot = min(level_part, value_part, corner_part) < 1
       if (.not. overshot) return
       call self%keep_increment(problem, step%scaling)

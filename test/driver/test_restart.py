@@ -87,6 +87,13 @@ TURNED = SHEET + MONITOR + """&support node_set = 'edge_x1' fixed = 'ux', 'uy', 
 &step load_factor = 1.5 first_increment = 0.2 control = 'arc_length' /
 """
 
+IMPERFECT = ROOF + """&imperfection step = 2 amplitudes = 1.0 /
+&imperfection wave_length = 100.0 amplitudes = 0.5 /
+&step load_factor = 0.1 /
+&step control = 'buckling' modes = 1 /
+&step load_factor = 1.0 first_increment = 0.1 largest_increment = 0.1 /
+"""
+
 
 class Restart(unittest.TestCase):
     def setUp(self):
@@ -122,7 +129,7 @@ class Restart(unittest.TestCase):
             np.testing.assert_array_equal(found, expected)
 
     def test_every_increment(self):
-        for text in (MIXED, SNAPPING, CHAMBER, CASES, STAGES, TURNED):
+        for text in (MIXED, SNAPPING, CHAMBER, CASES, STAGES, TURNED, IMPERFECT):
             with self.subTest(text=text):
                 output = "&output restart = 'every' /\n"
                 self.solve(text + output, "whole", "-q")
@@ -130,7 +137,7 @@ class Restart(unittest.TestCase):
                 self.assertGreater(len(rows), 8)
                 increments = [int(row.split(",")[0]) for row in rows]
                 kept = 0
-                for last in [0, *increments]:
+                for last in [0 if text != IMPERFECT else increments[0], *increments]:
                     shutil.rmtree(self.path / "again", ignore_errors=True)
                     shutil.copytree(self.path / "whole", self.path / "again")
                     if text == MIXED and 0 < last < len(rows) and "linear" in text:

@@ -161,8 +161,8 @@ contains
          "'"//name//"' is no name; a name is made of letters, digits, _ - and .", error)
    end subroutine check_name
 
-   !> A file of lines with the three numbers of one thing (an element, a node) or several, separated by blanks or commas; # begins a comment.
-   !> Errors name key, file and line.
+   !> A file of lines with the three numbers of one thing (an element, a node) or several, separated by blanks or commas; # begins a
+   !> comment. Errors name key, file and line.
    subroutine read_vector_file(group, key, file, thing, number, vectors, error)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: key, file, thing

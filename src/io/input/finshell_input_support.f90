@@ -114,7 +114,7 @@ contains
          "nothing is held: give type = 'clamped' or another type, or components (fixed = 'ux', ... or ux = value)", error)
    end subroutine read_components
 
-   !> Values that would jump, or never be reached: a support holds its nodes where it finds them, and moves them as its factor changes.
+   !> Values that would jump, or never be reached: a support holds its nodes where it finds them and moves them as its factor does.
    subroutine check_values(group, scales, support, error)
       type(group_t), intent(in) :: group
       type(scales_t), intent(in) :: scales
