@@ -12,7 +12,8 @@ module finshell_chambers
    use finshell_acting_load, only: load_item_t
    use finshell_chamber, only: can_hold, chamber_t, compliance_at, pressure_in, room_for
    use finshell_enclosed_volume, only: volume_behind
-   use finshell_equations, only: equations_t, gather, motion_at
+   use finshell_equations, only: equations_t, gather
+   use finshell_held_motion, only: motion_at
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_case, factor_at, slope_of
    use finshell_field, only: name_t
