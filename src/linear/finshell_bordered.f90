@@ -51,7 +51,8 @@ contains
       class(team_t), pointer, intent(in) :: team !< of processes that share K
       real(dp), intent(in) :: gradient(:, :), compliance(:) !< G, C
       type(error_t), allocatable, intent(out) :: error
-      real(dp), allocatable :: helped(:)
+      type(error_t), allocatable :: alone
+      real(dp), allocatable :: helped(:), free(:)
       real(dp) :: stand_in(1)
       integer :: at, i, k, n
 
@@ -62,7 +63,11 @@ contains
       self%gradient = gradient
       self%corner = -compliance
       call solver%factorise(values, error)
-      if (allocated(error)) helped = values
+      if (allocated(error)) then
+         alone = error
+         helped = values
+         if (allocated(solver%null_vector)) free = solver%null_vector
+      end if
       do i = 1, most_helpers
          if (.not. allocated(error)) exit
          if (error%code /= status_singular_matrix .or. solver%singular_equation == 0) return
@@ -84,6 +89,9 @@ contains
          if (allocated(error)) return
       end do
       call finish(self, solver, error)
+      if (.not. (allocated(error) .and. allocated(alone))) return
+      error = alone ! what K says: the border does not hold its free motion
+      if (allocated(free)) solver%null_vector = free
    end subroutine factorise
 
    !> Factorise S, and count.
