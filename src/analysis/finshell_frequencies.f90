@@ -22,7 +22,7 @@ module finshell_frequencies
    use finshell_status, only: status_input_error, status_invalid_argument, status_not_converged, status_singular_matrix
    use finshell_step, only: step_t, control_frequencies
    use finshell_symmetric_matrix, only: make_symmetric, symmetric_pattern
-   use finshell_team, only: largest_of, leads
+   use finshell_team, only: largest_of
    implicit none
    private
    public :: solve_frequencies, check_vibration
@@ -279,7 +279,7 @@ contains
       real(dp), intent(in) :: shift
       type(error_t), allocatable, intent(out) :: error
       if (allocated(self%compliance)) then
-         call self%border%factorise(self%solver, self%stiffness - shift*self%mass, self%diagonal, leads(self%pattern%team), &
+         call self%border%factorise(self%solver, self%stiffness - shift*self%mass, self%diagonal, self%pattern%team, &
                                     self%gradient, self%compliance, error)
          self%below = self%border%negative_pivots
       else

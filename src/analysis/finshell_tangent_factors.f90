@@ -62,7 +62,7 @@ contains
          integer, intent(in) :: places(:)
          self%has_border = present(gradient) .and. present(compliance)
          if (self%has_border) then
-            call self%border%factorise(one, matrix, places, leads(team), gradient, compliance, error)
+            call self%border%factorise(one, matrix, places, team, gradient, compliance, error)
             self%negative_pivots = self%border%negative_pivots
             self%determinant_sign = self%border%determinant_sign
          else

@@ -105,6 +105,10 @@ contains
             ! of a flat bag the rounding of its volume is no fluid
             wall%filled = volume(c) + fluid%rigid
             if (wall%filled < 1.0e-12_wp*wall%size) wall%filled = 0
+            if (wall%filled > 0 .or. .not. can_hold(fluid)) cycle
+            call raise(error, status_input_error, "chamber '"//fluid%name//"': it is flat and empty, so that its pressure is not " &
+               //'defined; a rigid_volume is expected, as of the pipe that fills it')
+            return
          end associate
       end do
    end subroutine new_chambers
@@ -254,7 +258,7 @@ contains
          if (volume(c) + self%fluid(c)%rigid > 0 .and. amount(c) > 0) then
             state%case_factor(self%before - by_case + c) = pressure_in(self%fluid(c), amount(c), volume(c))
          else if (.not. allocated(error)) then
-            call raise(error, status_not_converged, "chamber '"//self%fluid(c)%name//"': there is nothing in it")
+            call raise(error, status_not_converged, "chamber '"//self%fluid(c)%name//"': there is no room left in it")
          end if
       end do
    end subroutine follow

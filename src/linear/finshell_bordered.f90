@@ -14,6 +14,7 @@ module finshell_bordered
    use finshell_lapack, only: dgetrf, dgetrs, dsyev
    use finshell_linear_solver, only: linear_solver_t
    use finshell_status, only: status_singular_matrix
+   use finshell_team, only: largest_of, leads, team_t
    implicit none
    private
    public :: border_t
@@ -42,15 +43,17 @@ module finshell_bordered
 contains
 
    !> Factorise. Errors: as of the solver; the whole is singular.
-   subroutine factorise(self, solver, values, diagonal, leads, gradient, compliance, error)
+   subroutine factorise(self, solver, values, diagonal, team, gradient, compliance, error)
       class(border_t), intent(inout) :: self
       type(linear_solver_t), intent(inout) :: solver
       real(dp), intent(in) :: values(:) !< of K
       integer, intent(in) :: diagonal(:) !< (n) where it stands among the values
-      logical, intent(in) :: leads !< of processes that share K: adds to the diagonal
+      class(team_t), pointer, intent(in) :: team !< of processes that share K
       real(dp), intent(in) :: gradient(:, :), compliance(:) !< G, C
       type(error_t), allocatable, intent(out) :: error
-      real(dp), allocatable :: helped(:), stand_in
+      type(error_t), allocatable :: alone
+      real(dp), allocatable :: helped(:), free(:)
+      real(dp) :: stand_in(1)
       integer :: at, i, k, n
 
       self%negative_pivots = -1
@@ -60,13 +63,18 @@ contains
       self%gradient = gradient
       self%corner = -compliance
       call solver%factorise(values, error)
-      if (allocated(error)) helped = values
+      if (allocated(error)) then
+         alone = error
+         helped = values
+         if (allocated(solver%null_vector)) free = solver%null_vector
+      end if
       do i = 1, most_helpers
          if (.not. allocated(error)) exit
          if (error%code /= status_singular_matrix .or. solver%singular_equation == 0) return
          at = solver%singular_equation
-         stand_in = maxval(abs(helped))
-         if (leads) helped(diagonal(at)) = helped(diagonal(at)) + stand_in
+         stand_in = maxval([0.0_dp, abs(helped)])
+         call largest_of(team, stand_in)
+         if (leads(team)) helped(diagonal(at)) = helped(diagonal(at)) + stand_in(1)
          self%gradient = reshape([self%gradient, spread(0.0_dp, 1, n)], [n, size(self%corner) + 1])
          self%gradient(at, size(self%corner) + 1) = 1
          self%corner = [self%corner, 1/stand_in]
@@ -81,6 +89,9 @@ contains
          if (allocated(error)) return
       end do
       call finish(self, solver, error)
+      if (.not. (allocated(error) .and. allocated(alone))) return
+      error = alone ! what K says: the border does not hold its free motion
+      if (allocated(free)) solver%null_vector = free
    end subroutine factorise
 
    !> Factorise S, and count.
