@@ -16,6 +16,7 @@ module finshell_equilibrium
    use finshell_retraction, only: retraction_t, new_retraction
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
+   use finshell_connectors, only: is_limp
    use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, turn_held
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, &
@@ -25,7 +26,8 @@ module finshell_equilibrium
    use finshell_linear_solver, only: linear_solver_t
    use finshell_symmetric_part, only: symmetric_part_t
    use finshell_load_terms, only: add_turning, add_motion
-   use finshell_mechanism, only: check_mechanism, name_mode
+   use finshell_linked_parts, only: check_held
+   use finshell_mechanism, only: name_mode
    use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_levels, only: force_levels
    use finshell_watched_displacement, only: watch_displacement, mean_displacement
@@ -113,14 +115,15 @@ contains
       if (present(team)) self%team => team
       call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
       call new_external(self%external, structure, self%equations, error)
-      if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2))
+      if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2), &
+                                                             leads(self%team))
       if (allocated(error)) return
-      if (.not. self%may_float) call check_mechanism(structure%mesh, self%equations, error, &
-                                                     self%external%springs(structure, self%equations))
+      if (.not. self%may_float) call check_held(structure, self%equations, self%external, error)
       if (allocated(error)) return
       call new_sparsity(pattern, structure%mesh%triangles(:, self%own_elements), self%equations%number, self%external%symmetric, &
-         error, self%team)
+         error, self%team, self%external%cliques())
       if (allocated(error)) return
+      call self%external%locate(pattern)
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
          error, self%equations%frame, self%equations%frames, self%equations%held, &
          is_membrane(structure, self%own_elements), self%own_elements)
@@ -129,8 +132,8 @@ contains
       self%half%solver%options = self%solver%options
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
-      self%soft = is_soft(structure%sections)
-      self%limp = any(structure%sections%membrane)
+      self%soft = is_soft(structure%sections) .or. is_limp(structure, self%equations)
+      self%limp = any(structure%sections%membrane) .or. is_limp(structure, self%equations)
       self%crumples = any(structure%sections%membrane .and. .not. structure%sections%wrinkling)
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
       self%n = self%equations%n
@@ -200,8 +203,11 @@ contains
       end if
       part = 0
       if (present(stand_in)) part = stand_in
-      if (tangent .and. part > 0) call add_ground(self%assembly, self%structure, part, self%ground, self%values, error)
-      if (allocated(error)) return
+      if (tangent .and. part > 0) then
+         call add_ground(self%assembly, self%structure, part, self%ground, self%values, error)
+         if (allocated(error)) return
+         call self%external%add_stand_in(self%structure, self%state, part, self%values)
+      end if
       active = by_load_factor
       if (present(scaling)) active = scaling
       allocate (out_of_balance(n_nodal, size(self%internal_force, 2)), source=0.0_wp)

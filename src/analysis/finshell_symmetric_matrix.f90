@@ -20,7 +20,7 @@ contains
       type(sparsity_t), intent(out) :: pattern
       type(error_t), allocatable, intent(out) :: error
       call new_sparsity(pattern, problem%structure%mesh%triangles(:, problem%own_elements), problem%equations%number, .true., &
-                        error, problem%team)
+                        error, problem%team, problem%external%cliques())
       if (allocated(error) .or. problem%external%symmetric .or. .not. shared(problem%team)) return
       call raise(error, status_invalid_argument, what//' under pressures whose edges slide in planes runs on one process ' &
          //'only: take finshell instead of finshell_mpi')
@@ -39,7 +39,8 @@ contains
 
       difference = 0
       if (problem%external%symmetric) return
-      call new_sparsity(full, problem%structure%mesh%triangles(:, problem%own_elements), problem%equations%number, .false., error)
+      call new_sparsity(full, problem%structure%mesh%triangles(:, problem%own_elements), problem%equations%number, .false., error, &
+                        cliques=problem%external%cliques())
       if (allocated(error)) return
       allocate (half(pattern%entries()))
       do j = 1, pattern%n

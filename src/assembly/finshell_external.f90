@@ -2,11 +2,14 @@
 !>
 !> `new_external` is the table of kinds: what the input states becomes items of the list.
 module finshell_external
-   use finshell_kinds, only: wp
+   use finshell_kinds, only: wp, i4
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_acting_load, only: load_item_t, append, on_nothing, displacements_only, with_rotations
    use finshell_assembly, only: assembly_t
    use finshell_centrifugal, only: add_centrifugal
+   use finshell_cliques, only: cliques_t, joined
+   use finshell_connectors, only: add_connectors, find_places, join_cliques, lead, stand_in_for_lines
+   use finshell_dashpots, only: dashpots_t, new_dashpots
    use finshell_dead_load, only: dead_load_t, new_dead_load, add_nodal, add_edge, add_area
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
@@ -17,8 +20,10 @@ module finshell_external
    use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure
    use finshell_loaded_set, only: loaded_edges
    use finshell_mesh, only: mesh_t
+   use finshell_point_masses, only: mass_blocks_t, new_mass_blocks, pull_masses, spin_masses
    use finshell_side_load, only: add_side_load
-   use finshell_state, only: state_t, new_state
+   use finshell_sparsity, only: sparsity_t
+   use finshell_state, only: state_t, move_state, new_state
    use finshell_status, only: status_invalid_argument
    use finshell_structure, only: structure_t
    implicit none
@@ -42,8 +47,13 @@ module finshell_external
       integer, allocatable :: turning_nodes(:), turning_elements(:), turning_corners(:)
       logical :: symmetric = .true. !< all load stiffnesses are symmetric
       logical :: has_constants = .false.
+      type(dashpots_t) :: dashpots !< of steps in time
+      type(mass_blocks_t) :: masses !< beside those of elements
    contains
       procedure :: keep_own
+      procedure :: cliques
+      procedure :: locate
+      procedure :: add_stand_in
       procedure :: exchange
       procedure :: any_with
       procedure :: add
@@ -87,19 +97,27 @@ contains
                if (allocated(error)) return
                call add_edge(load, structure%mesh, edges, dead(load%scaling))
                call add_side_load(load, structure, edges, equations%held, acting)
-            case (load_traction, load_gravity); call add_area(load, structure, dead(load%scaling), error)
+            case (load_traction, load_gravity)
+               call add_area(load, structure, dead(load%scaling), error)
+               if (load%kind == load_gravity .and. load%set == 'all') &
+                  call pull_masses(load, structure, dead(load%scaling)%nodal)
             case (load_pressure)
                pressures = pressures + 1
                call add_pressure_load(load, structure, equations, acting, self%pressures(pressures), error)
             case ('hydrostatic'); call add_hydrostatic(load, structure, equations, acting, error)
             case ('foundation'); call add_foundation(load, structure, acting, error)
-            case ('centrifugal'); call add_centrifugal(load, structure, acting, error)
+            case ('centrifugal')
+               call add_centrifugal(load, structure, acting, error)
+               if (load%set == 'all' .and. .not. allocated(error)) call spin_masses(load, structure, equations, acting)
             case default
                call raise(error, status_invalid_argument, "load: unknown kind '"//trim(load%kind)//"'")
             end select
          end associate
          if (allocated(error)) return
       end do
+      call add_connectors(structure, equations, acting)
+      call new_dashpots(self%dashpots, structure, equations)
+      call new_mass_blocks(self%masses, structure, equations)
       self%has_constants = any(loads%scaling == by_constant_factor)
       call list_all(self, dead, acting)
       call find_turning(self, structure%mesh, equations, dead)
@@ -110,14 +128,51 @@ contains
       end do
    end subroutine new_external
 
-   !> Let a member of a team act through its own elements only.
-   subroutine keep_own(self, own, elements)
+   !> Equations that meet beside those of elements.
+   function cliques(self)
+      class(external_t), intent(in) :: self
+      type(cliques_t) :: cliques
+      cliques%first = [1_i4]
+      allocate (cliques%equation(0))
+      if (.not. self%masses%in_matrix) return ! another member of the team has them
+      call join_cliques(self%list, cliques)
+      cliques = joined(cliques, self%dashpots%blocks%equations)
+      cliques = joined(cliques, self%masses%blocks%equations)
+   end function cliques
+
+   !> Find what has cliques in the matrix.
+   subroutine locate(self, pattern)
+      class(external_t), intent(inout) :: self
+      type(sparsity_t), intent(in) :: pattern
+      if (.not. self%masses%in_matrix) return
+      call find_places(self%list, pattern)
+      if (allocated(self%own)) call find_places(self%own, pattern)
+      call self%dashpots%blocks%find_places(pattern)
+      call self%masses%blocks%find_places(pattern)
+   end subroutine locate
+
+   !> Add to the matrix a part of what stands in for lines that have nothing across (finshell_ground).
+   subroutine add_stand_in(self, structure, state, part, values)
+      class(external_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: part
+      real(wp), intent(inout) :: values(:)
+      if (self%masses%in_matrix) call stand_in_for_lines(self%list, structure, state, part, values)
+   end subroutine add_stand_in
+
+   !> Let a member of a team act through its own elements only; what is no element is in the matrix of the one that leads.
+   subroutine keep_own(self, own, elements, leads)
       class(external_t), intent(inout) :: self
       integer, intent(in) :: own(:), elements !< element numbers; how many there are in all
+      logical, intent(in) :: leads
       logical, allocatable :: mine(:)
       integer :: i
       allocate (mine(elements), source=.false.)
       mine(own) = .true.
+      call lead(self%list, leads)
+      self%dashpots%in_matrix = leads
+      self%masses%in_matrix = leads
       self%own = self%list
       do i = 1, size(self%own)
          call self%own(i)%load%keep(mine(self%list(i)%load%elements))
@@ -306,7 +361,7 @@ contains
       energy = 0
       if (.not. any([(self%list(i)%load%scaling == unscaled, i=1, size(self%list))])) return
       moved = state
-      if (present(motion)) moved%displacement = moved%displacement + motion(ux:uz, :)
+      if (present(motion)) call move_state(moved, motion)
       do i = 1, size(self%list)
          if (self%list(i)%load%scaling /= unscaled) cycle
          energy = energy + self%list(i)%load%energy(structure, equations, moved)
@@ -328,7 +383,7 @@ contains
       call new_state(reference, size(structure%mesh%coordinates, 2))
       do i = 1, size(self%list)
          associate (load => self%list(i)%load)
-            if (load%scaling /= unscaled .or. load%rows /= displacements_only) cycle
+            if (load%scaling /= unscaled .or. load%rows /= displacements_only .or. size(load%elements) == 0) cycle
             allocate (force(load%rows, size(load%elements)), k(load%rows, load%rows, size(load%elements)))
             call load%evaluate(structure, equations, reference, force, factor_at(reference, load%scaling), k)
             springs%elements = [springs%elements, load%elements]

@@ -15,7 +15,7 @@ module finshell_ground
    use finshell_registry, only: new_material
    use finshell_section, only: section_t
    use finshell_mesh, only: mesh_t, twice_area_vector
-   use finshell_equations, only: equations_t
+   use finshell_equations, only: equations_t, field_displacement
    use finshell_state, only: state_t, new_state
    use finshell_structure, only: structure_t
    use finshell_assembly, only: assembly_t, assemble
@@ -127,5 +127,11 @@ contains
             end do
          end associate
       end do
+      ! nodes of no element have that of the others in the mean
+      if (any(weight > 0)) then
+         where (.not. weight > 0) weight = sum(weight, mask=equations%field == field_displacement) &
+            /max(1, count(weight > 0 .and. equations%field == field_displacement)) &
+            *merge(1.0_wp, detail**2, equations%field == field_displacement)
+      end if
    end function lumped_weight
 end module finshell_ground

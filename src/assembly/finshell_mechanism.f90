@@ -17,6 +17,7 @@ module finshell_mechanism
    implicit none
    private
    public :: check_mechanism, name_mode, null_space
+   public :: add_springs, conditions_of_part, find_parts, name_free_motions !< for parts that are linked (finshell_linked_parts)
 
    real(wp), parameter :: tolerance = 1.0e-9_wp !< of squared, scaled conditions: below it a motion is free
    character(len=1), parameter :: axis_name(3) = ['x', 'y', 'z']
@@ -36,28 +37,32 @@ module finshell_mechanism
 contains
 
    !> Raise an error that names the free rigid-body motions, if there are any.
-   subroutine check_mechanism(mesh, equations, error, springs)
+   subroutine check_mechanism(mesh, equations, error, springs, linked)
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
       type(error_t), allocatable, intent(out) :: error
       type(springs_t), intent(in), optional :: springs !< to the ground, which hold as supports do
+      logical, intent(in), optional :: linked(:) !< (nodes) those of parts that hold each other: judged elsewhere
       integer, allocatable :: part(:)
+      logical :: elsewhere(size(mesh%coordinates, 2))
       integer :: e, parts, p
       real(wp) :: centre(3), size_of_part, conditions(n_nodal, n_nodal), stiffest
       character(len=:), allocatable :: names
 
       stiffest = 0
       if (present(springs)) stiffest = max(maxval(abs(springs%stiffness)), tiny(1.0_wp))
+      elsewhere = .false.
+      if (present(linked)) elsewhere = linked
       call find_parts(mesh, part, parts)
-      if (any(part == 0)) then
-         p = findloc(part, 0, 1)
-         if (any(equations%number(:, p) > 0)) then
+      do p = 1, size(part)
+         if (part(p) == 0 .and. .not. elsewhere(p) .and. any(equations%number(:, p) > 0)) then
             call raise(error, status_input_error, 'node '//text_of(p)//' belongs to no element, so its displacements and ' &
                //'rotations are free; remove it or hold it')
             return
          end if
-      end if
+      end do
       do p = 1, parts
+         if (elsewhere(findloc(part, p, 1))) cycle
          call conditions_of_part(mesh, equations, part, p, centre, size_of_part, conditions)
          if (present(springs)) then
             do e = 1, size(springs%elements)

@@ -15,7 +15,7 @@ module finshell_explicit
    use finshell_memo, only: memo_t
    use finshell_momentum, only: angular_momentum, momentum
    use finshell_motion_force, only: evaluate_forces, stored_energy
-   use finshell_motion_start, only: begin_motion, lumped_masses
+   use finshell_motion_start, only: begin_motion, check_mobile, lumped_masses
    use finshell_observer, only: observer_t, record_t
    use finshell_quaternion, only: quaternion_conjugate, quaternion_product, quaternion_to_rotation_vector, &
       rotation_vector_to_quaternion
@@ -90,7 +90,7 @@ contains
             left = left - 1
             if (left == 0) self%time = landing
             call go_to(self, problem, step)
-            call evaluate_forces(problem, error)
+            call evaluate_forces(problem, error, velocity=self%leapfrog%driven(problem%equations))
             if (allocated(error)) then
                error%message = name_of(step)//'at time '//text_of(problem%state%time)//': '//error%message &
                                //'; or the motion is unstable and needs shorter increments (safety or largest_increment)'
@@ -144,7 +144,7 @@ contains
       if (allocated(error)) return
       memo = memo_t(numbers=course, reading=.true.)
       call carry_progress(memo, self)
-      call evaluate_forces(problem, error)
+      call evaluate_forces(problem, error, velocity=self%leapfrog%driven(problem%equations))
       if (allocated(error)) return
       if (self%done >= self%renewal) call renew(self, problem, step, error)
    end subroutine resume
@@ -178,6 +178,7 @@ contains
       real(wp), allocatable :: mass(:, :)
       call begin_motion(problem)
       call lumped_masses(problem, mass, error)
+      if (.not. allocated(error)) call check_mobile(problem, 'explicit', mass, n_nodal, error)
       if (allocated(error)) return
       call problem%external%place(problem%assembly)
       call scale_rotatory_inertia(problem%structure, step%rotation_scaling, mass)
@@ -204,7 +205,7 @@ contains
       call problem%move(still, step%time%factor(0.0_wp, self%at_start) - self%at_start)
       call new_masses(self, problem, step, error)
       if (allocated(error)) return
-      call evaluate_forces(problem, error)
+      call evaluate_forces(problem, error, velocity=self%leapfrog%driven(problem%equations))
       if (.not. allocated(error)) call renew(self, problem, step, error)
       if (allocated(error)) then
          error%message = name_of(step)//error%message

@@ -14,10 +14,11 @@ module finshell_motion_force
 contains
 
    !> Forces of elements and loads at the state of a problem, and the energy in its elements.
-   subroutine evaluate_forces(problem, error, sections)
+   subroutine evaluate_forces(problem, error, sections, velocity)
       class(equilibrium_t), intent(inout) :: problem !< internal_force, external_force and entry%energy are set
       type(error_t), allocatable, intent(out) :: error
       type(section_t), intent(in), optional :: sections(:) !< instead of its own
+      real(wp), intent(in), optional :: velocity(:, :) !< (n_nodal, nodes) for dashpots; absent: at rest
       integer :: status, element
       problem%force_evaluations = problem%force_evaluations + 1
       call assemble(problem%assembly, problem%structure, problem%state, problem%internal_force, status, element, &
@@ -29,6 +30,7 @@ contains
       problem%external_force = 0
       call problem%external%add_forces(problem%structure, problem%equations, problem%state, problem%assembly, &
                                        problem%external_force)
+      if (present(velocity)) call problem%external%dashpots%add(problem%structure, problem%state, velocity, problem%external_force)
    end subroutine evaluate_forces
 
    !> In elements and foundations, after `evaluate_forces`.

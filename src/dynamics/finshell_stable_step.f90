@@ -28,11 +28,13 @@ contains
       type(leapfrog_t), intent(in) :: leapfrog !< has the masses
       real(wp), intent(out) :: increment !< huge: no stiffness
       type(error_t), allocatable, intent(out) :: error
-      real(wp) :: highest
+      real(wp) :: damping, highest
       call highest_eigenvalue(problem, leapfrog, highest, error)
       increment = huge(increment)
       if (allocated(error)) return
-      if (highest > 0) increment = 2/sqrt(highest)
+      ! with dashpots, whose velocities are half an increment old: z^2 - (2 - h c - h^2 k) z + 1 - h c has no root below -1
+      damping = problem%external%dashpots%fastest(problem%structure, leapfrog%mass)
+      if (highest > 0 .or. damping > 0) increment = 4/(damping + sqrt(damping**2 + 4*highest))
    end subroutine stable_increment
 
    !> The square of the highest frequency. Sheets that wrinkle are taken as taut: they may become so in the next increment.

@@ -26,6 +26,7 @@ module finshell_input
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
+   use finshell_input_connector, only: connector_groups, read_connectors
    use finshell_input_node, only: add_nodes
    use finshell_input_output, only: read_monitor, read_output
    implicit none
@@ -33,7 +34,8 @@ module finshell_input
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node, node_set, element_set, material, section, support, load, step, initial_velocity, monitor, output, accuracy'
+      'job, mesh, node, node_set, element_set, material, section, support, load, step, initial_velocity, monitor, output, ' &
+      //'accuracy, '//connector_groups
 
    !> All that an input file says.
    type :: input_t
@@ -138,6 +140,7 @@ contains
       end if
       if (.not. allocated(error)) call add_nodes(namelist, input%structure%mesh, error)
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
+      if (.not. allocated(error)) call read_connectors(namelist, input%structure%mesh, input%structure%connectors, error)
       if (.not. allocated(error)) call translate_supports(namelist, input, error)
       if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
       if (.not. allocated(error)) call translate_output(namelist, input, error)
@@ -293,7 +296,7 @@ contains
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'monitor') cycle
          n = n + 1
-         call read_monitor(namelist%groups(i), input%structure%mesh, input%structure%sections, &
+         call read_monitor(namelist%groups(i), input%structure%mesh, input%structure%sections, input%structure%connectors, &
                            any(is_in_time(input%steps%control)), input%monitors(n), error)
          if (allocated(error)) return
          do j = 1, n - 1
