@@ -14,6 +14,7 @@ module finshell_trial
    use finshell_load_case, only: change_case
    use finshell_mass_assembly, only: check_masses
    use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
+   use finshell_point_masses, only: point_masses
    use finshell_status, only: status_input_error
    use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_dynamic, control_frequencies, &
       control_name, is_in_time, leaves_state
@@ -101,23 +102,25 @@ contains
       associate (loads => problem%structure%loads)
          yes = any(abs(problem%equations%motion(:, :, by_load_factor)) > 0)
          do i = 1, size(loads)
-            yes = yes .or. (loads(i)%scaling == scaling .and. acts(loads(i), problem%structure%mesh, problem%equations))
+            yes = yes .or. (loads(i)%scaling == scaling .and. acts(loads(i), problem%structure%mesh, problem%equations, &
+                                                                any(point_masses(problem%structure) > 0, dim=1)))
          end do
       end associate
    end function something_scales
 
    !> Whether a load acts on a component that is free.
-   pure logical function acts(load, mesh, equations) result(yes)
+   pure logical function acts(load, mesh, equations, heavy) result(yes)
       type(load_t), intent(in) :: load
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
+      logical, intent(in) :: heavy(:) !< (nodes) with masses beside those of elements
       integer :: i, k
       logical, allocatable :: member(:)
 
       allocate (member(size(mesh%coordinates, 2)), source=.false.)
       if (load%kind == load_nodal .or. load%at_nodes) then
          member(mesh%node_sets(find_node_set(mesh, load%set))%members) = .true.
-      else if (load%kind == load_edge) then
+      else if (any(load%kind == [character(len=16) :: load_edge, 'line_moment', 'follower_line'])) then
          associate (edges => mesh%edge_sets(find_edge_set(mesh, load%set))%edges)
             do i = 1, size(edges, 2)
                member(edges(:, i)) = .true.
@@ -128,6 +131,7 @@ contains
             do i = 1, size(elements)
                member(mesh%triangles(:, elements(i))) = .true.
             end do
+            if (size(elements) == size(mesh%triangles, 2)) member = member .or. heavy
          end associate
       end if
       yes = .false.
@@ -168,7 +172,8 @@ contains
          return
       end if
       do i = 1, size(input%structure%loads)
-         if (acts(input%structure%loads(i), input%structure%mesh, problem%equations)) cycle
+         if (acts(input%structure%loads(i), input%structure%mesh, problem%equations, &
+                  any(point_masses(input%structure) > 0, dim=1))) cycle
          text = input%file//':'//text_of(input%load_lines(i))//': &load: it moves nothing: it is zero, or acts on what is held only'
          return
       end do

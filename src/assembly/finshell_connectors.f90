@@ -15,7 +15,7 @@ module finshell_connectors
    use finshell_turn_spring, only: turn_spring_t, new_turn_spring
    implicit none
    private
-   public :: add_connectors, join_cliques, find_places, lead, measure_connector, stand_in_for_lines, is_limp
+   public :: add_connectors, join_cliques, find_places, lead, measure_connector, stand_in_for_lines, tauten_lines, is_limp
 
 contains
 
@@ -84,6 +84,19 @@ contains
          end select
       end do
    end subroutine lead
+
+   !> Take lines that act in tension only as taut, or as they are.
+   subroutine tauten_lines(list, taut)
+      type(load_item_t), intent(inout) :: list(:)
+      logical, intent(in) :: taut
+      integer :: i
+      do i = 1, size(list)
+         select type (load => list(i)%load)
+         class is (line_spring_t)
+            load%law%tension_only = load%connector%law%tension_only .and. .not. taut
+         end select
+      end do
+   end subroutine tauten_lines
 
    !> Forces and extensions of the members of a connector: see `measure` of its kind.
    subroutine measure_connector(list, name, structure, state, force, extension)

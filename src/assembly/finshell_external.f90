@@ -8,12 +8,14 @@ module finshell_external
    use finshell_assembly, only: assembly_t
    use finshell_centrifugal, only: add_centrifugal
    use finshell_cliques, only: cliques_t, joined
-   use finshell_connectors, only: add_connectors, find_places, join_cliques, lead, stand_in_for_lines
+   use finshell_connectors, only: add_connectors, find_places, join_cliques, lead, stand_in_for_lines, &
+      tauten_lines
    use finshell_dashpots, only: dashpots_t, new_dashpots
-   use finshell_dead_load, only: dead_load_t, new_dead_load, add_nodal, add_edge, add_area
+   use finshell_dead_load, only: dead_load_t, new_dead_load, add_nodal, add_edge, add_edge_moment, add_area
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
    use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, number_of_factors
+   use finshell_follower_line, only: add_follower_line, add_follower_moment
    use finshell_follower_load, only: add_pressure_load, pressed_region_t
    use finshell_foundation, only: add_foundation
    use finshell_hydrostatic, only: add_hydrostatic
@@ -58,6 +60,8 @@ module finshell_external
       procedure :: any_with
       procedure :: add
       procedure :: add_forces
+      procedure :: stands
+      procedure :: tauten
       procedure :: place
       procedure :: evaluate
       procedure :: add_change
@@ -97,6 +101,16 @@ contains
                if (allocated(error)) return
                call add_edge(load, structure%mesh, edges, dead(load%scaling))
                call add_side_load(load, structure, edges, equations%held, acting)
+            case ('line_moment', 'follower_line')
+               call loaded_edges(load, structure, edges, error)
+               if (allocated(error)) return
+               if (load%kind == 'follower_line') then
+                  call add_follower_line(load, structure, equations, edges, acting, error)
+               else if (abs(load%numbers(1)) > 0) then
+                  call add_follower_moment(load, structure, equations, edges, acting, error)
+               else
+                  call add_edge_moment(load, structure%mesh, edges, dead(load%scaling))
+               end if
             case (load_traction, load_gravity)
                call add_area(load, structure, dead(load%scaling), error)
                if (load%kind == load_gravity .and. load%set == 'all') &
@@ -285,16 +299,19 @@ contains
       end subroutine add_of
    end subroutine add
 
-   !> Add the forces of all loads at the present factors: what `evaluate` is to a step in time.
-   subroutine add_forces(self, structure, equations, state, assembly, total)
+   !> Add the forces of all loads at the present factors: what `evaluate` is to a step in time. Either of those that no factor scales,
+   !> which belong to the structure (`standing`), or of the others.
+   subroutine add_forces(self, structure, equations, state, assembly, standing, total)
       class(external_t), intent(in) :: self
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       type(assembly_t), intent(in) :: assembly
+      logical, intent(in) :: standing
       real(wp), intent(inout), contiguous :: total(:, :) !< (n_nodal, nodes)
       integer :: i
       do i = 1, size(self%list)
+         if ((self%list(i)%load%scaling == unscaled) .neqv. standing) cycle
          if (allocated(self%own)) then
             call self%own(i)%load%add_force(structure, equations, state, assembly, total)
          else
@@ -302,6 +319,24 @@ contains
          end if
       end do
    end subroutine add_forces
+
+   !> Does the structure have what no factor scales?
+   pure logical function stands(self)
+      class(external_t), intent(in) :: self
+      integer :: i
+      stands = .false.
+      do i = 1, size(self%list)
+         stands = stands .or. self%list(i)%load%scaling == unscaled
+      end do
+   end function stands
+
+   !> Take lines that act in tension only as taut, or as they are.
+   subroutine tauten(self, taut)
+      class(external_t), intent(inout) :: self
+      logical, intent(in) :: taut
+      call tauten_lines(self%list, taut)
+      if (allocated(self%own)) call tauten_lines(self%own, taut)
+   end subroutine tauten
 
    !> Find the elements of all loads in the assembly, once for many calls of `add_forces`.
    subroutine place(self, assembly)
@@ -359,7 +394,7 @@ contains
       type(state_t) :: moved
       integer :: i
       energy = 0
-      if (.not. any([(self%list(i)%load%scaling == unscaled, i=1, size(self%list))])) return
+      if (.not. self%stands()) return
       moved = state
       if (present(motion)) call move_state(moved, motion)
       do i = 1, size(self%list)

@@ -6,6 +6,7 @@ module finshell_line_spring
    use finshell_connector, only: connector_t
    use finshell_equations, only: equations_t
    use finshell_factor, only: unscaled
+   use finshell_force_law, only: force_law_t
    use finshell_freedoms, only: uz
    use finshell_joined_load, only: joined_load_t
    use finshell_kinds, only: wp
@@ -19,6 +20,7 @@ module finshell_line_spring
 
    type, extends(joined_load_t) :: line_spring_t
       type(connector_t) :: connector
+      type(force_law_t) :: law !< that of the connector, or taut
    contains
       procedure :: evaluate
       procedure :: energy
@@ -34,6 +36,7 @@ contains
       type(connector_t), intent(in) :: connector
       type(equations_t), intent(in) :: equations
       self%connector = connector
+      self%law = connector%law
       self%scaling = unscaled
       self%has_energy = .true.
       call self%join(equations, connector%node, .false.)
@@ -65,10 +68,10 @@ contains
       real(wp), intent(out) :: force, extension
       real(wp) :: l, n(3), w, tangent
       call self%length(b, structure, state, l, n)
-      call self%connector%law%evaluate(l, self%connector%rest(b), w, force, tangent)
+      call self%law%evaluate(l, self%connector%rest(b), w, force, tangent)
       force = self%connector%share*force
       extension = l - self%connector%rest(b)
-      if (self%connector%law%by_stretch()) extension = extension/self%connector%rest(b)
+      if (self%law%by_stretch()) extension = extension/self%connector%rest(b)
    end subroutine measure
 
    !> Matrix of the ends for a tangent along the line and one across it.
@@ -101,7 +104,7 @@ contains
       integer :: b
       do b = 1, self%count()
          call self%length(b, structure, state, l, n)
-         call self%connector%law%evaluate(l, self%connector%rest(b), w, f, tangent)
+         call self%law%evaluate(l, self%connector%rest(b), w, f, tangent)
          f = self%connector%share*f
          force(:uz, b) = -f*n
          if (self%nodes == 2) force(uz + 1:, b) = f*n
@@ -121,7 +124,7 @@ contains
       energy = 0*equations%n
       do b = 1, self%count()
          call self%length(b, structure, state, l, n)
-         call self%connector%law%evaluate(l, self%connector%rest(b), w, f, tangent)
+         call self%law%evaluate(l, self%connector%rest(b), w, f, tangent)
          energy = energy + self%connector%share*w
       end do
    end function energy
@@ -138,7 +141,7 @@ contains
       integer :: b
       do b = 1, self%count()
          call self%length(b, structure, state, l, n)
-         k = self%connector%share*self%connector%law%stiff_tangent(self%connector%rest(b))
+         k = self%connector%share*self%law%stiff_tangent(self%connector%rest(b))
          call self%blocks%add(b, line_stiffness(n, part*k, part*tension*k, self%nodes), values)
       end do
    end subroutine stand_in
