@@ -49,7 +49,7 @@ contains
       type(assembly_t), intent(in) :: assembly
       type(balance_t), intent(out) :: value
       type(state_t) :: middle
-      real(wp), allocatable :: mean(:, :, :)
+      real(wp), allocatable :: mean(:, :, :), first(:, :, :)
       real(wp), allocatable :: way(:), before(:), after(:)
       integer :: i
 
@@ -68,7 +68,13 @@ contains
       end if
       if (loads%any_with(with_rotations)) then
          mean = mean + 0.5_wp*to%bulges
-         if (allocated(from%bulges)) mean = mean + 0.5_wp*from%bulges
+         if (allocated(from%bulges)) then
+            mean = mean + 0.5_wp*from%bulges
+         else
+            allocate (first(n_nodal, size(mean, 2), loads%factors), source=0.0_wp)
+            call loads%add(with_rotations, structure, equations, base, assembly, first)
+            mean = mean + 0.5_wp*first
+         end if
       end if
       allocate (way(loads%factors), source=0.0_wp)
       do i = 1, loads%factors
