@@ -62,11 +62,20 @@ contains
          if (allocated(self%membrane)) then
             if (self%membrane(e) > 0) cycle
          end if
-         if (.not. all(regular(triangles(:, e)))) then
-            n = n + 1
-            list(n) = int(e, i4)
-            self%irregular(e) = int(n, i4)
-         else if (self%symmetric) then
+         if (all(regular(triangles(:, e)))) then
+            call find_offsets()
+            if (in_runs()) cycle
+         end if
+         n = n + 1
+         list(n) = int(e, i4)
+         self%irregular(e) = int(n, i4)
+      end do
+      call element_positions(pattern, triangles(:, list(:n)), eq, self%position)
+
+   contains
+
+      subroutine find_offsets()
+         if (self%symmetric) then
             do j = 1, size(pair_row)
                associate (a => self%equation(pair_row(j), e), b => self%equation(pair_column(j), e))
                   hi = max(a, b)
@@ -82,10 +91,30 @@ contains
                end do
             end do
          end if
-      end do
-      call element_positions(pattern, triangles(:, list(:n)), eq, self%position)
+      end subroutine find_offsets
 
-   contains
+      !> Are the offsets those in all columns of a node? Not where some of its components meet others in cliques.
+      logical function in_runs()
+         integer :: c, p
+         in_runs = .true.
+         do j = 1, size(self%offset, 1)
+            if (self%symmetric) then
+               hi = max(self%equation(pair_row(j), e), self%equation(pair_column(j), e))
+               lo = min(self%equation(pair_row(j), e), self%equation(pair_column(j), e))
+            else
+               lo = self%equation((j - 1)/n_corners + 1, e)
+               hi = self%equation(mod(j - 1, n_corners) + 1, e)
+            end if
+            do c = 1, n_nodal
+               p = self%column_pointer(lo + c - 1) + self%offset(j, e)
+               if (self%symmetric) p = p + n_nodal - c + 1
+               in_runs = in_runs .and. p >= 1 .and. p + n_nodal - 1 <= size(pattern%row)
+               if (.not. in_runs) return
+               in_runs = pattern%row(p) == hi .and. pattern%row(p + n_nodal - 1) == hi + n_nodal - 1
+               if (.not. in_runs) return
+            end do
+         end do
+      end function in_runs
 
       subroutine scatter_membranes()
          integer(i4) :: found
