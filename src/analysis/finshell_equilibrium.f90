@@ -16,7 +16,7 @@ module finshell_equilibrium
    use finshell_retraction, only: retraction_t, new_retraction
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_connectors, only: is_limp
+   use finshell_connectors, only: is_limp, largest_turn_of_lines
    use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, turn_held
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, &
@@ -348,7 +348,8 @@ contains
       real(wp), intent(in) :: x(:), factor_change
       integer, intent(in) :: scaling
       real(wp) :: angle
-      angle = largest_turn(self%equations, x, factor_change, scaling)
+      angle = max(largest_turn(self%equations, x, factor_change, scaling), &
+                  largest_turn_of_lines(self%external%list, self%structure, self%equations, x))
    end function largest_rotation
 
    !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.

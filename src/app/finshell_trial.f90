@@ -1,6 +1,7 @@
 !> What can be said against an input before anything is solved: steps that cannot be followed, loads that do nothing.
 module finshell_trial
    use finshell_kinds, only: wp
+   use finshell_connector, only: is_dashpot
    use finshell_crossed_cells, only: crossed_cells
    use finshell_dynamic_start, only: check_start
    use finshell_equations, only: equations_t, free_part
@@ -162,6 +163,10 @@ contains
       character(len=:), allocatable :: text
       integer :: i
       text = ''
+      if (any(is_dashpot(input%structure%connectors)) .and. .not. any(is_in_time(input%steps%control))) then
+         text = input%file//': a &dashpot acts in steps in time only, and there is none'
+         return
+      end if
       if (all(input%steps%control == control_frequencies)) return
       if (allocated(input%velocity)) then
          if (.not. any(abs(free_part(problem%equations, input%velocity)) > 0)) &

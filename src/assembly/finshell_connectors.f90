@@ -4,8 +4,8 @@ module finshell_connectors
    use finshell_axis_spring, only: axis_spring_t, new_axis_spring
    use finshell_cliques, only: cliques_t, joined
    use finshell_connector, only: spring_axes, spring_axis, spring_line, spring_rotation, spring_turn, bar
-   use finshell_equations, only: equations_t
-   use finshell_freedoms, only: ux, uz
+   use finshell_equations, only: equations_t, scatter
+   use finshell_freedoms, only: n_nodal, ux, uz
    use finshell_joined_load, only: joined_load_t
    use finshell_kinds, only: wp
    use finshell_line_spring, only: line_spring_t, new_line_spring
@@ -15,7 +15,8 @@ module finshell_connectors
    use finshell_turn_spring, only: turn_spring_t, new_turn_spring
    implicit none
    private
-   public :: add_connectors, join_cliques, find_places, lead, measure_connector, stand_in_for_lines, tauten_lines, is_limp
+   public :: add_connectors, join_cliques, find_places, lead, measure_connector, stand_in_for_lines, tauten_lines, is_limp, &
+      largest_turn_of_lines
 
 contains
 
@@ -155,6 +156,33 @@ contains
          end associate
       end do
    end function is_limp
+
+   !> Largest turn (radian) of a line in a correction x of the unknowns: the motion of its ends against each other over its length.
+   pure real(wp) function largest_turn_of_lines(list, structure, equations, x) result(angle)
+      type(load_item_t), intent(in) :: list(:)
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      real(wp), intent(in) :: x(:) !< (n)
+      real(wp), allocatable :: nodal(:, :)
+      real(wp) :: motion(3)
+      integer :: b, i
+      angle = 0
+      if (.not. allocated(structure%connectors)) return
+      if (.not. any(structure%connectors%kind == bar .or. structure%connectors%kind == spring_line)) return
+      allocate (nodal(n_nodal, size(equations%number, 2)))
+      call scatter(equations, x, nodal)
+      do i = 1, size(list)
+         select type (load => list(i)%load)
+         class is (line_spring_t)
+            do b = 1, load%count()
+               if (.not. load%connector%rest(b) > 0) cycle
+               motion = nodal(ux:uz, load%node(1, b))
+               if (load%nodes == 2) motion = motion - nodal(ux:uz, load%node(2, b))
+               angle = max(angle, norm2(motion)/load%connector%rest(b))
+            end do
+         end select
+      end do
+   end function largest_turn_of_lines
 
    !> Add the stand-in of all lines at nodes of no element: see `stand_in` of line_spring_t.
    subroutine stand_in_for_lines(list, structure, state, part, values)

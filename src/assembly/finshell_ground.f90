@@ -128,10 +128,9 @@ contains
          end associate
       end do
       ! nodes of no element have that of the others in the mean
-      if (any(weight > 0)) then
-         where (.not. weight > 0) weight = sum(weight, mask=equations%field == field_displacement) &
-            /max(1, count(weight > 0 .and. equations%field == field_displacement)) &
-            *merge(1.0_wp, detail**2, equations%field == field_displacement)
-      end if
+      area = detail**2
+      e = count(weight > 0 .and. equations%field == field_displacement)
+      if (e > 0) area = sum(weight, mask=equations%field == field_displacement)/e
+      where (.not. weight > 0) weight = area*merge(1.0_wp, detail**2, equations%field == field_displacement)
    end function lumped_weight
 end module finshell_ground

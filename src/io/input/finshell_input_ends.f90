@@ -11,8 +11,8 @@ module finshell_input_ends
 
 contains
 
-   !> The keys node_set and to: (2, :) pairs; or without `to` (1, :) nodes. Each node goes to the one node of `to`, or to the nearest
-   !> that has no partner yet. Errors: no such sets; of other sizes; a node that would be its own partner.
+   !> The keys node_set and to: (2, :) pairs; or without `to` (1, :) nodes. Where one of the sets is a node it goes with each node
+   !> of the other; else each node goes with the nearest of `to` that has no partner yet. Errors: no such sets; of other sizes; a node that would be its own partner.
    subroutine get_ends(group, mesh, ends, error, ground)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
@@ -39,6 +39,8 @@ contains
          associate (second => mesh%node_sets(i)%members)
             if (size(second) == 1) then
                ends = reshape([(first(i), second(1), i=1, size(first))], [2, size(first)])
+            else if (size(first) == 1) then
+               ends = reshape([(first(1), second(i), i=1, size(second))], [2, size(second)])
             else if (size(second) == size(first)) then
                call pair(first, second)
             else
