@@ -10,11 +10,12 @@ module finshell_trial
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor
    use finshell_frequencies, only: check_vibration
+   use finshell_freedoms, only: n_nodal, uz
    use finshell_input, only: input_t
    use finshell_load, only: load_t, load_nodal, load_edge
    use finshell_load_case, only: change_case
-   use finshell_mass_assembly, only: check_masses
    use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
+   use finshell_motion_start, only: check_mobile, lumped_masses
    use finshell_point_masses, only: point_masses
    use finshell_status, only: status_input_error
    use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_dynamic, control_frequencies, &
@@ -52,10 +53,13 @@ contains
       type(equilibrium_t), intent(inout) :: problem
       type(error_t), allocatable, intent(out) :: error
       type(targets_t) :: targets
+      real(wp), allocatable :: mass(:, :)
 
       if (is_in_time(step%control)) then
-         call check_masses(problem%structure, error)
+         call lumped_masses(problem, mass, error)
          if (allocated(error)) error%message = control_name(step%control)//': '//error%message
+         if (.not. allocated(error)) call check_mobile(problem, control_name(step%control), mass, &
+                                                       merge(uz, n_nodal, step%control == control_dynamic), error)
          if (.not. allocated(error) .and. first .and. step%control == control_dynamic) &
             call check_start(problem, step, 0.0_wp, .false., error)
          return

@@ -115,21 +115,22 @@ class Connectors(unittest.TestCase):
         self.near(rows[-1]["n"], 1000 * s * (s * s - 1) / 2, 1e-8)
 
     def test_catenary(self):
-        """A chain of 40 links, 5 % longer than its span, under its weight: half length s = a sinh(1/a), sag a (cosh(1/a) - 1)."""
+        """A chain of 40 links, 5 % longer than its span, under its weight: the elastic catenary with horizontal force h."""
         rows = self.solve(GROUND + f"""&node_set name = 'a' nodes = 1 /
 &node_set name = 'b' nodes = 5 /
-&cable name = 'chain' node_set = 'a' to = 'b' divisions = 40 axial_stiffness = 1e7 length_ratio = 1.05 mass_per_length = 1.05 /
+&cable name = 'chain' node_set = 'a' to = 'b' divisions = 40 axial_stiffness = 1e5 length_ratio = 1.05 mass_per_length = 1.05 /
 &load type = 'gravity' vector = 0, 0, -10 /
 &step {TIGHT} /
 &monitor name = 'sag' quantity = 'displacement' component = 'z' node_set = 'chain' factor = -1 reduce = 'min' /
 &monitor name = 'least' quantity = 'connector_force' connector = 'chain' reduce = 'min' /
 """)
-        low, high = 0.1, 10.0
+        w, half, ea = 10.0, 1.05, 1e5
+        low, high = 1.0, 100.0
         for _ in range(200):
-            a = (low + high) / 2
-            low, high = (a, high) if a * math.sinh(1 / a) > 1.05 else (low, a)
-        self.near(rows[-1]["sag"], a * (math.cosh(1 / a) - 1), 1e-3)
-        self.near(rows[-1]["least"], 10 * a, 2e-3)  # horizontal force: weight per length times a
+            h = (low + high) / 2
+            low, high = (h, high) if h * half / ea + h / w * math.asinh(w * half / h) < 1 else (low, h)
+        self.near(rows[-1]["sag"], w * half**2 / (2 * ea) + h / w * (math.hypot(1, w * half / h) - 1), 5e-4)
+        self.near(rows[-1]["least"], h, 1e-3)
 
     def test_oscillator(self):
         """x = (v/w) sin w t, w = 2: implicit steps are of second order; frequencies; explicit steps."""
@@ -197,10 +198,15 @@ class Connectors(unittest.TestCase):
             self.assertLess(abs(rows[-1]["z"]), 3e-2)
 
     def test_mass_on_a_cantilever(self):
-        """w^2 = 3 EI/((m + 33/140 of the strip) L^3), by Rayleigh, at the tip of a light strip."""
-        rows = self.solve(STRIP + "&point_mass name = 'm' node_set = 'edge_x1' mass = 2 total = .true. /\n"
-                          "&step control = 'frequencies' modes = 1 /\n")
-        self.near(rows[0]["load_factor"], math.sqrt(3 * 1000 / ((2 + 33 / 140 * 0.1) * 1000)) / (2 * math.pi), 1e-3)
+        """Strip of mass M = 10 with m = 20 at its tip: 1 + cos b cosh b + m/M b (cos b sinh b - sin b cosh b) = 0, w^2 = EI b^4/(M L^3)."""
+        rows = self.solve(STRIP.replace("density = 1 ", "density = 100 ")
+                          + "&point_mass name = 'm' node_set = 'edge_x1' mass = 20 total = .true. /\n&step control = 'frequencies' modes = 1 /\n")
+        low, high = 0.1, 1.8
+        for _ in range(100):
+            b = (low + high) / 2
+            value = 1 + math.cos(b) * math.cosh(b) + 2 * b * (math.cos(b) * math.sinh(b) - math.sin(b) * math.cosh(b))
+            low, high = (b, high) if value > 0 else (low, b)
+        self.near(rows[0]["load_factor"], math.sqrt(1000 * b**4 / (10 * 1000)) / (2 * math.pi), 1e-3)
 
     def test_preload_and_tables(self):
         """Without load: where the preload rests. A table with a falling part, along the path."""
