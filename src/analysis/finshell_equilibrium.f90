@@ -16,8 +16,8 @@ module finshell_equilibrium
    use finshell_retraction, only: retraction_t, new_retraction
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
-   use finshell_connectors, only: is_limp, largest_turn_of_lines
-   use finshell_equations, only: equations_t, new_equations, gather, scatter, largest_turn, turn_held
+   use finshell_connectors, only: is_limp, largest_turn_with_lines
+   use finshell_equations, only: equations_t, new_equations, gather, scatter, turn_held
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, &
       number_of_factors, set_factor, scaled_sum
@@ -26,8 +26,7 @@ module finshell_equilibrium
    use finshell_linear_solver, only: linear_solver_t
    use finshell_symmetric_part, only: symmetric_part_t
    use finshell_load_terms, only: add_turning, add_motion
-   use finshell_linked_parts, only: check_held
-   use finshell_mechanism, only: name_mode
+   use finshell_linked_parts, only: check_held, name_mode
    use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_levels, only: force_levels
    use finshell_watched_displacement, only: watch_displacement, mean_displacement
@@ -115,10 +114,8 @@ contains
       if (present(team)) self%team => team
       call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
       call new_external(self%external, structure, self%equations, error)
-      if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2), &
-                                                             leads(self%team))
-      if (allocated(error)) return
-      if (.not. self%may_float) call check_held(structure, self%equations, self%external, error)
+      call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2), self%team)
+      if (.not. (self%may_float .or. allocated(error))) call check_held(structure, self%equations, self%external, error)
       if (allocated(error)) return
       call new_sparsity(pattern, structure%mesh%triangles(:, self%own_elements), self%equations%number, self%external%symmetric, &
          error, self%team, self%external%cliques())
@@ -203,15 +200,12 @@ contains
       end if
       part = 0
       if (present(stand_in)) part = stand_in
-      if (tangent .and. part > 0) then
-         call add_ground(self%assembly, self%structure, part, self%ground, self%values, error)
-         if (allocated(error)) return
-         call self%external%add_stand_in(self%structure, self%state, part, self%values)
-      end if
       active = by_load_factor
       if (present(scaling)) active = scaling
       allocate (out_of_balance(n_nodal, size(self%internal_force, 2)), source=0.0_wp)
       associate (loads => self%external, s => self%structure, e => self%equations)
+         if (tangent .and. part > 0) call add_ground(self%assembly, s, loads, self%state, part, self%ground, self%values, error)
+         if (allocated(error)) return
          if (tangent) then
             call loads%evaluate(s, e, self%state, self%assembly, unit_force, bulges, self%values)
          else
@@ -348,8 +342,7 @@ contains
       real(wp), intent(in) :: x(:), factor_change
       integer, intent(in) :: scaling
       real(wp) :: angle
-      angle = max(largest_turn(self%equations, x, factor_change, scaling), &
-                  largest_turn_of_lines(self%external%list, self%structure, self%equations, x))
+      angle = largest_turn_with_lines(self%external%list, self%structure, self%equations, x, factor_change, scaling)
    end function largest_rotation
 
    !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.

@@ -4,7 +4,7 @@ module finshell_connectors
    use finshell_axis_spring, only: axis_spring_t, new_axis_spring
    use finshell_cliques, only: cliques_t, joined
    use finshell_connector, only: spring_axes, spring_axis, spring_line, spring_rotation, spring_turn, bar
-   use finshell_equations, only: equations_t, scatter
+   use finshell_equations, only: equations_t, largest_turn, scatter
    use finshell_freedoms, only: n_nodal, ux, uz
    use finshell_joined_load, only: joined_load_t
    use finshell_kinds, only: wp
@@ -16,7 +16,7 @@ module finshell_connectors
    implicit none
    private
    public :: add_connectors, join_cliques, find_places, lead, measure_connector, stand_in_for_lines, tauten_lines, is_limp, &
-      largest_turn_of_lines
+      largest_turn_with_lines
 
 contains
 
@@ -157,16 +157,19 @@ contains
       end do
    end function is_limp
 
-   !> Largest turn (radian) of a line in a correction x of the unknowns: the motion of its ends against each other over its length.
-   pure real(wp) function largest_turn_of_lines(list, structure, equations, x) result(angle)
+   !> Largest turn (radian) of a node in a correction of the unknowns and of a factor, or of a line: the motion of its ends against
+   !> each other over its length.
+   pure real(wp) function largest_turn_with_lines(list, structure, equations, x, factor_change, scaling) result(angle)
       type(load_item_t), intent(in) :: list(:)
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       real(wp), intent(in) :: x(:) !< (n)
+      real(wp), intent(in) :: factor_change
+      integer, intent(in) :: scaling !< the factor that changes
       real(wp), allocatable :: nodal(:, :)
       real(wp) :: motion(3)
       integer :: b, i
-      angle = 0
+      angle = largest_turn(equations, x, factor_change, scaling)
       if (.not. allocated(structure%connectors)) return
       if (.not. any(structure%connectors%kind == bar .or. structure%connectors%kind == spring_line)) return
       allocate (nodal(n_nodal, size(equations%number, 2)))
@@ -182,7 +185,7 @@ contains
             end do
          end select
       end do
-   end function largest_turn_of_lines
+   end function largest_turn_with_lines
 
    !> Add the stand-in of all lines at nodes of no element: see `stand_in` of line_spring_t.
    subroutine stand_in_for_lines(list, structure, state, part, values)

@@ -47,7 +47,7 @@ contains
       call new_blocks(self%blocks, equations, first, nodes, n_nodal)
    end subroutine new_dashpots
 
-   !> Add their forces for nodal velocities; with values, rate times the derivative with the velocities, and that with the positions.
+   !> Add their forces for nodal velocities; with values, rate times the derivative with velocities, and that with positions.
    pure subroutine add(self, structure, state, velocity, force, rate, values)
       class(dashpots_t), intent(in) :: self
       type(structure_t), intent(in) :: structure

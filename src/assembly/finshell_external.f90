@@ -8,26 +8,24 @@ module finshell_external
    use finshell_assembly, only: assembly_t
    use finshell_centrifugal, only: add_centrifugal
    use finshell_cliques, only: cliques_t, joined
-   use finshell_connectors, only: add_connectors, find_places, join_cliques, lead, stand_in_for_lines, &
-      tauten_lines
+   use finshell_connectors, only: add_connectors, find_places, join_cliques, lead, tauten_lines
    use finshell_dashpots, only: dashpots_t, new_dashpots
-   use finshell_dead_load, only: dead_load_t, new_dead_load, add_nodal, add_edge, add_edge_moment, add_area
+   use finshell_dead_load, only: dead_load_t, new_dead_load, add_nodal, add_area
+   use finshell_edge_load, only: add_edge_load
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
    use finshell_factor, only: by_load_factor, by_constant_factor, unscaled, factor_at, number_of_factors
-   use finshell_follower_line, only: add_follower_line, add_follower_moment
    use finshell_follower_load, only: add_pressure_load, pressed_region_t
    use finshell_foundation, only: add_foundation
    use finshell_hydrostatic, only: add_hydrostatic
    use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure
-   use finshell_loaded_set, only: loaded_edges
    use finshell_mesh, only: mesh_t
    use finshell_point_masses, only: mass_blocks_t, new_mass_blocks, pull_masses, spin_masses
-   use finshell_side_load, only: add_side_load
    use finshell_sparsity, only: sparsity_t
    use finshell_state, only: state_t, move_state, new_state
    use finshell_status, only: status_invalid_argument
    use finshell_structure, only: structure_t
+   use finshell_team, only: leads, shared, team_t
    implicit none
    private
    public :: external_t, springs_t, new_external
@@ -55,7 +53,6 @@ module finshell_external
       procedure :: keep_own
       procedure :: cliques
       procedure :: locate
-      procedure :: add_stand_in
       procedure :: exchange
       procedure :: any_with
       procedure :: add
@@ -78,7 +75,6 @@ contains
       type(equations_t), intent(in) :: equations
       type(error_t), allocatable, intent(out) :: error
       type(load_t), allocatable :: loads(:)
-      integer, allocatable :: edges(:, :)
       type(load_item_t), allocatable :: acting(:)
       type(dead_load_t), allocatable :: dead(:)
       integer :: i, pressures
@@ -96,33 +92,19 @@ contains
          associate (load => loads(i))
             select case (load%kind)
             case (load_nodal); call add_nodal(load, structure, dead(load%scaling), error)
-            case (load_edge)
-               call loaded_edges(load, structure, edges, error)
-               if (allocated(error)) return
-               call add_edge(load, structure%mesh, edges, dead(load%scaling))
-               call add_side_load(load, structure, edges, equations%held, acting)
-            case ('line_moment', 'follower_line')
-               call loaded_edges(load, structure, edges, error)
-               if (allocated(error)) return
-               if (load%kind == 'follower_line') then
-                  call add_follower_line(load, structure, equations, edges, acting, error)
-               else if (abs(load%numbers(1)) > 0) then
-                  call add_follower_moment(load, structure, equations, edges, acting, error)
-               else
-                  call add_edge_moment(load, structure%mesh, edges, dead(load%scaling))
-               end if
+            case (load_edge, 'line_moment', 'follower_line')
+               call add_edge_load(load, structure, equations, dead(load%scaling), acting, error)
             case (load_traction, load_gravity)
                call add_area(load, structure, dead(load%scaling), error)
-               if (load%kind == load_gravity .and. load%set == 'all') &
-                  call pull_masses(load, structure, dead(load%scaling)%nodal)
+               if (load%kind == load_gravity .and. load%set == 'all') call pull_masses(load, structure, dead(load%scaling)%nodal)
             case (load_pressure)
                pressures = pressures + 1
                call add_pressure_load(load, structure, equations, acting, self%pressures(pressures), error)
             case ('hydrostatic'); call add_hydrostatic(load, structure, equations, acting, error)
             case ('foundation'); call add_foundation(load, structure, acting, error)
             case ('centrifugal')
+               if (load%set == 'all') call spin_masses(load, structure, equations, acting)
                call add_centrifugal(load, structure, acting, error)
-               if (load%set == 'all' .and. .not. allocated(error)) call spin_masses(load, structure, equations, acting)
             case default
                call raise(error, status_invalid_argument, "load: unknown kind '"//trim(load%kind)//"'")
             end select
@@ -150,8 +132,7 @@ contains
       allocate (cliques%equation(0))
       if (.not. self%masses%in_matrix) return ! another member of the team has them
       call join_cliques(self%list, cliques)
-      cliques = joined(cliques, self%dashpots%blocks%equations)
-      cliques = joined(cliques, self%masses%blocks%equations)
+      cliques = joined(joined(cliques, self%dashpots%blocks%equations), self%masses%blocks%equations)
    end function cliques
 
    !> Find what has cliques in the matrix.
@@ -165,28 +146,19 @@ contains
       call self%masses%blocks%find_places(pattern)
    end subroutine locate
 
-   !> Add to the matrix a part of what stands in for lines that have nothing across (finshell_ground).
-   subroutine add_stand_in(self, structure, state, part, values)
-      class(external_t), intent(in) :: self
-      type(structure_t), intent(in) :: structure
-      type(state_t), intent(in) :: state
-      real(wp), intent(in) :: part
-      real(wp), intent(inout) :: values(:)
-      if (self%masses%in_matrix) call stand_in_for_lines(self%list, structure, state, part, values)
-   end subroutine add_stand_in
-
    !> Let a member of a team act through its own elements only; what is no element is in the matrix of the one that leads.
-   subroutine keep_own(self, own, elements, leads)
+   subroutine keep_own(self, own, elements, team)
       class(external_t), intent(inout) :: self
       integer, intent(in) :: own(:), elements !< element numbers; how many there are in all
-      logical, intent(in) :: leads
+      class(team_t), pointer, intent(in) :: team
       logical, allocatable :: mine(:)
       integer :: i
+      if (.not. shared(team)) return
       allocate (mine(elements), source=.false.)
       mine(own) = .true.
-      call lead(self%list, leads)
-      self%dashpots%in_matrix = leads
-      self%masses%in_matrix = leads
+      call lead(self%list, leads(team))
+      self%dashpots%in_matrix = leads(team)
+      self%masses%in_matrix = leads(team)
       self%own = self%list
       do i = 1, size(self%own)
          call self%own(i)%load%keep(mine(self%list(i)%load%elements))
@@ -299,7 +271,7 @@ contains
       end subroutine add_of
    end subroutine add
 
-   !> Add the forces of all loads at the present factors: what `evaluate` is to a step in time. Either of those that no factor scales,
+   !> Add the forces of loads at the present factors: what `evaluate` is to a step in time. Either of those that no factor scales,
    !> which belong to the structure (`standing`), or of the others.
    subroutine add_forces(self, structure, equations, state, assembly, standing, total)
       class(external_t), intent(in) :: self
@@ -324,10 +296,7 @@ contains
    pure logical function stands(self)
       class(external_t), intent(in) :: self
       integer :: i
-      stands = .false.
-      do i = 1, size(self%list)
-         stands = stands .or. self%list(i)%load%scaling == unscaled
-      end do
+      stands = any([(self%list(i)%load%scaling == unscaled, i=1, size(self%list))])
    end function stands
 
    !> Take lines that act in tension only as taut, or as they are.

@@ -1,5 +1,5 @@
-!> Follower loads on edges: a force per reference length that keeps its direction to the structure, and a moment per reference length
-!> about the present edge. Both are half at each end of an edge.
+!> Follower loads on edges: a force per reference length that keeps its direction to the structure, and a moment per reference
+!> length about the present edge. Both are half at each end of an edge.
 !>
 !> With the edge d from its first end to the second, counter-clockwise in its element, and e to the third node: t = d/|d|,
 !> n = (d x e)/|d x e| the normal of the element and t x n, in the plane of the element and away from it. A side that two elements
@@ -8,7 +8,7 @@ module finshell_follower_line
    use finshell_acting_load, only: append, load_item_t
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise, text_of
-   use finshell_freedoms, only: n_nodal, rx, rz, uz
+   use finshell_freedoms, only: membrane_at, n_membrane, n_nodal, rx, rz, uz
    use finshell_joined_load, only: joined_load_t
    use finshell_kinds, only: wp
    use finshell_load, only: load_t
@@ -96,7 +96,7 @@ contains
    pure subroutine line_force(along, x, force, derivative)
       real(wp), intent(in) :: along(3), x(3, 3) !< ends of the edge and the third node
       real(wp), intent(out) :: force(3)
-      real(wp), intent(out), optional :: derivative(3, 9)
+      real(wp), intent(out), optional :: derivative(3, n_membrane)
       real(wp), dimension(3) :: d, e, a, t, n, unit, dd, de, da, dt, dn
       integer :: i
       d = x(:, 2) - x(:, 1)
@@ -106,15 +106,15 @@ contains
       n = a/norm2(a)
       force = along(1)*cross_product(t, n) + along(2)*n + along(3)*t
       if (.not. present(derivative)) return
-      do i = 1, 9
+      do i = 1, n_membrane
          unit = 0
          unit(1 + mod(i - 1, 3)) = 1
          dd = 0
          de = 0
          if (i <= 3) dd = -unit
          if (i <= 3) de = -unit
-         if (i > 3 .and. i <= 6) dd = unit
-         if (i > 6) de = unit
+         if (i > membrane_at(2) .and. i <= membrane_at(3)) dd = unit
+         if (i > membrane_at(3)) de = unit
          da = cross_product(dd, e) + cross_product(d, de)
          dt = (dd - t*dot_product(t, dd))/norm2(d)
          dn = (da - n*dot_product(n, da))/norm2(a)
@@ -130,7 +130,7 @@ contains
       real(wp), intent(out), contiguous :: force(:, :)
       real(wp), intent(in), optional :: factor
       real(wp), intent(out), optional, contiguous :: stiffness(:, :, :)
-      real(wp) :: x(3, 3), f(3), derivative(3, 9), along(3)
+      real(wp) :: x(3, 3), f(3), derivative(3, n_membrane), along(3)
       integer :: b, i
       do b = 1, self%count()
          do i = 1, 3

@@ -14,7 +14,8 @@ module finshell_linked_parts
    use finshell_joined_load, only: joined_load_t
    use finshell_kinds, only: wp
    use finshell_line_spring, only: line_spring_t, line_stiffness
-   use finshell_mechanism, only: add_springs, check_mechanism, conditions_of_part, find_parts, name_free_motions, null_space
+   use finshell_mechanism, only: add_springs, check_mechanism, conditions_of_part, find_parts, name_free_motions, &
+      name_mode, null_space
    use finshell_rotation, only: cross_product
    use finshell_state, only: state_t, new_state
    use finshell_status, only: status_singular_matrix
@@ -22,7 +23,7 @@ module finshell_linked_parts
    use finshell_union_find, only: join, new_forest, root_of
    implicit none
    private
-   public :: check_held
+   public :: check_held, name_mode
 
    integer, parameter :: most = 40 !< parts of a group that are judged here; larger ones are left to the factorisation
 

@@ -13,7 +13,8 @@ module finshell_motion_force
 
 contains
 
-   !> Forces of elements, with what stands beside them (springs, foundations), and of loads at the state of a problem, and the energy in its elements.
+   !> Forces of elements, with what stands beside them (springs, foundations), and of loads, at the state of a
+   !> problem, and the energy in its elements.
    subroutine evaluate_forces(problem, error, sections, velocity)
       class(equilibrium_t), intent(inout) :: problem !< internal_force, external_force and entry%energy are set
       type(error_t), allocatable, intent(out) :: error

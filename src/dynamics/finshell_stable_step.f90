@@ -37,7 +37,8 @@ contains
       if (highest > 0 .or. damping > 0) increment = 4/(damping + sqrt(damping**2 + 4*highest))
    end subroutine stable_increment
 
-   !> The square of the highest frequency. Sheets that wrinkle and cables are taken as taut: they may become so in the next increment.
+   !> The square of the highest frequency. Sheets that wrinkle and cables are taken as taut: they may become so in the next
+   !> increment.
    subroutine highest_eigenvalue(problem, leapfrog, highest, error)
       class(equilibrium_t), intent(inout) :: problem
       type(leapfrog_t), intent(in) :: leapfrog

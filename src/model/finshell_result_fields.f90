@@ -45,11 +45,7 @@ contains
                whole('volume', 'length^3', &
                      'between the pressurised elements and the origin of their pressure'), &
                whole('energy', 'force length', &
-                     'stored in the structure and in foundations'), &
-               of_connector('connector_force', 'force (length)', &
-                            'of a spring, bar or cable, tension positive; its moment if it turns'), &
-               of_connector('connector_extension', 'length or -', &
-                            'of a spring; the strain of a bar or cable; the angle of what turns'), &
+                     'stored in the structure, and in foundations and springs'), &
                whole('relative_error', '-', &
                      'estimated, of the mesh in the energy norm: root of the sum of error^2 over that of the energy'), &
                whole('time', 'time', &
@@ -59,7 +55,11 @@ contains
                whole('momentum', 'force time', &
                      'of the motion; zero at rest', 'x, y, z'), &
                whole('angular_momentum', 'force length time', &
-                     'of the motion, about the origin of the axes; zero at rest', 'x, y, z')]
+                     'of the motion, about the origin of the axes; zero at rest', 'x, y, z'), &
+               of_connector('connector_force', 'force (length)', &
+                            'of a spring, bar or cable, tension positive; its moment if it turns'), &
+               of_connector('connector_extension', 'length or -', &
+                            'of a spring; the strain of a bar or cable; the angle of what turns')]
    end function result_fields
 
    !> A number of each element, made of its surroundings.

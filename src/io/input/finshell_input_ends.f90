@@ -12,7 +12,8 @@ module finshell_input_ends
 contains
 
    !> The keys node_set and to: (2, :) pairs; or without `to` (1, :) nodes. Where one of the sets is a node it goes with each node
-   !> of the other; else each node goes with the nearest of `to` that has no partner yet. Errors: no such sets; of other sizes; a node that would be its own partner.
+   !> of the other; else each node goes with the nearest of `to` that has no partner yet. Errors: no such sets; of other
+   !> sizes; a node that would be its own partner.
    subroutine get_ends(group, mesh, ends, error, ground)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh

@@ -14,8 +14,8 @@ module finshell_input_load
    private
    public :: read_load
 
-   character(len=*), parameter :: kinds = 'force, moment, line, line_moment, follower_line, traction, pressure, gravity, ' &
-      //'hydrostatic, centrifugal, foundation'
+   character(len=*), parameter :: kinds = &
+      'force, moment, line, line_moment, follower_line, traction, pressure, gravity, hydrostatic, centrifugal, foundation'
 
 contains
 
