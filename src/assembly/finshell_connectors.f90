@@ -15,8 +15,8 @@ module finshell_connectors
    use finshell_turn_spring, only: turn_spring_t, new_turn_spring
    implicit none
    private
-   public :: add_connectors, join_cliques, find_places, lead, measure_connector, stand_in_for_lines, tauten_lines, is_limp, &
-      largest_turn_with_lines
+   public :: add_connectors, join_cliques, find_places, lead, measure_connector, stand_in_for_lines, tauten_lines, &
+      is_limp, add_geometric, largest_turn_with_lines
 
 contains
 
@@ -186,6 +186,26 @@ contains
          end select
       end do
    end function largest_turn_with_lines
+
+   !> Add what a linear motion changes of their stiffness by the forces that it brings, at the geometry of the state: f/l across a
+   !> line, -+ spin(moment)/2 between the ends of springs between rotations (finshell_buckling).
+   subroutine add_geometric(list, structure, equations, state, motion, values)
+      type(load_item_t), intent(in) :: list(:)
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: motion(:, :) !< (n_nodal, nodes)
+      real(wp), intent(inout) :: values(:) !< of the matrix
+      integer :: i
+      do i = 1, size(list)
+         select type (load => list(i)%load)
+         class is (line_spring_t)
+            if (load%in_matrix) call load%add_geometric(structure, state, motion, values)
+         class is (turn_spring_t)
+            if (load%in_matrix) call load%add_geometric(structure, equations, state, motion, values)
+         end select
+      end do
+   end subroutine add_geometric
 
    !> Add the stand-in of all lines at nodes of no element: see `stand_in` of line_spring_t.
    subroutine stand_in_for_lines(list, structure, state, part, values)

@@ -27,6 +27,7 @@ module finshell_line_spring
       procedure :: measure
       procedure :: length
       procedure :: stand_in
+      procedure :: add_geometric
    end type line_spring_t
 
 contains
@@ -128,6 +129,25 @@ contains
          energy = energy + self%connector%share*w
       end do
    end function energy
+
+   !> See finshell_connectors.
+   pure subroutine add_geometric(self, structure, state, motion, values)
+      class(line_spring_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: motion(:, :)
+      real(wp), intent(inout) :: values(:)
+      real(wp) :: l, n(3), w, f, tangent, along(3)
+      integer :: b
+      do b = 1, self%count()
+         call self%length(b, structure, state, l, n)
+         call self%law%evaluate(l, self%connector%rest(b), w, f, tangent)
+         along = motion(:uz, self%node(1, b))
+         if (self%nodes == 2) along = along - motion(:uz, self%node(2, b))
+         f = self%connector%share*tangent*dot_product(n, along)
+         call self%blocks%add(b, line_stiffness(n, 0.0_wp, f/l, self%nodes), values)
+      end do
+   end subroutine add_geometric
 
    !> Add a part of a matrix with their largest stiffness along the lines, and what a little tension gives across: for what has
    !> neither at first (finshell_ground).

@@ -26,6 +26,7 @@ module finshell_turn_spring
       procedure :: evaluate
       procedure :: energy
       procedure :: measure
+      procedure :: add_geometric
    end type turn_spring_t
 
 contains
@@ -94,6 +95,30 @@ contains
          extension = dot_product(theta, self%connector%direction)
       end if
    end subroutine measure
+
+   !> See finshell_connectors.
+   subroutine add_geometric(self, structure, equations, state, motion, values)
+      class(turn_spring_t), intent(in) :: self
+      type(structure_t), intent(in) :: structure
+      type(equations_t), intent(in) :: equations
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: motion(:, :)
+      real(wp), intent(inout) :: values(:)
+      real(wp) :: force(2*n_nodal, self%count()), stiffness(2*n_nodal, 2*n_nodal, self%count()), k(2*n_nodal, 2*n_nodal)
+      real(wp) :: change(2*n_nodal), half(3, 3)
+      integer, parameter :: one = 0, two = n_nodal
+      integer :: b
+      if (self%nodes == 1) return
+      call self%evaluate(structure, equations, state, force, 1.0_wp, stiffness)
+      do b = 1, self%count()
+         change = matmul(stiffness(:, :, b), [motion(:, self%node(1, b)), motion(:, self%node(2, b))])
+         k = 0
+         half = 0.5_wp*spin(change(two + rx:two + rz))
+         k(one + rx:one + rz, two + rx:two + rz) = -half
+         k(two + rx:two + rz, one + rx:one + rz) = half
+         call self%blocks%add(b, k, values)
+      end do
+   end subroutine add_geometric
 
    subroutine evaluate(self, structure, equations, state, force, factor, stiffness)
       class(turn_spring_t), intent(in) :: self

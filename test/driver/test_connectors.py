@@ -208,6 +208,22 @@ class Connectors(unittest.TestCase):
             low, high = (b, high) if value > 0 else (low, b)
         self.near(rows[0]["load_factor"], math.sqrt(1000 * b**4 / (10 * 1000)) / (2 * math.pi), 1e-3)
 
+    def test_buckling_of_two_bars(self):
+        """Two bars of length 1 in line, pressed at one end; a spring k across at the hinge: P = k/2, and the other k across for the second mode."""
+        rows = self.solve(GROUND + """&node name = 'hinge' position = 0, 0, 2 /
+&node name = 'foot' position = 0, 0, 1 /
+&node name = 'head' position = 0, 0, 3 /
+&support node_set = 'foot' fixed = 'ux', 'uy', 'uz' /
+&support node_set = 'head' fixed = 'ux', 'uy' /
+&bar name = 'low' node_set = 'foot' to = 'hinge' axial_stiffness = 1e6 /
+&bar name = 'high' node_set = 'hinge' to = 'head' axial_stiffness = 1e6 /
+&spring name = 'k' type = 'axes' node_set = 'hinge' stiffness = 40, 60, 0 /
+&load type = 'force' node_set = 'head' vector = 0, 0, -1 /
+&step control = 'buckling' modes = 2 /
+""")
+        self.near(rows[0]["load_factor"], 20, 1e-6)
+        self.near(rows[1]["load_factor"], 30, 1e-6)
+
     def test_preload_and_tables(self):
         """Without load: where the preload rests. A table with a falling part, along the path."""
         rows = self.solve(MASS.replace("stiffness = 18.0, 8.0, 8.0", "stiffness = 18.0, 8.0, 8.0 preload = 0, 0, 4.0")
