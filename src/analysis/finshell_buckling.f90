@@ -11,6 +11,7 @@ module finshell_buckling
    use finshell_arpack, only: pencil_t, lanczos
    use finshell_assembly, only: predict_stress
    use finshell_batch, only: n_resultants
+   use finshell_connectors, only: add_geometric
    use finshell_error, only: error_t, raise, text_of
    use finshell_equations, only: scatter
    use finshell_equilibrium, only: equilibrium_t
@@ -117,11 +118,16 @@ contains
       problem%state%constant_factor = problem%state%constant_factor + constant_change
       call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 1))
       if (.not. allocated(error)) then
+         call add_geometric(problem%external%list, problem%structure, problem%equations, problem%state, constant, problem%values)
          stiffness = problem%values
          call extrapolate(problem%state, by_load_factor, 1.0_wp)
          call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 2))
       end if
-      if (.not. allocated(error)) geometric = problem%values - stiffness
+      if (.not. allocated(error)) then
+         call add_geometric(problem%external%list, problem%structure, problem%equations, problem%state, constant + proportional, &
+                            problem%values)
+         geometric = problem%values - stiffness
+      end if
       call problem%restore()
    end subroutine buckling_matrices
 

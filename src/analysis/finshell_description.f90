@@ -1,5 +1,6 @@
 !> What path following is told of a structure.
 module finshell_description
+   use finshell_connectors, only: is_limp
    use finshell_equations, only: equations_t
    use finshell_ground, only: is_soft
    use finshell_mesh, only: mean_side, mesh_size
@@ -18,8 +19,8 @@ contains
       type(equations_t), intent(in) :: equations
       problem%n = equations%n
       problem%field = equations%field
-      problem%soft = is_soft(structure%sections)
-      problem%limp = any(structure%sections%membrane)
+      problem%soft = is_soft(structure%sections) .or. is_limp(structure, equations)
+      problem%limp = any(structure%sections%membrane) .or. is_limp(structure, equations)
       problem%crumples = any(structure%sections%membrane .and. .not. structure%sections%wrinkling)
       problem%size = mesh_size(structure%mesh)
       problem%slenderness = minval(structure%sections%thickness)/problem%size

@@ -18,8 +18,9 @@ module finshell_equilibrium
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_state, only: state_t, new_state, move_state, motion_between
    use finshell_cliques, only: cliques_t, joined
+   use finshell_connectors, only: largest_turn_with_lines
    use finshell_equations, only: equations_t, field_pressure, new_equations, gather, scatter, unknowns_of
-   use finshell_held_motion, only: held_change, largest_turn, turn_held
+   use finshell_held_motion, only: held_change, turn_held
    use finshell_external, only: external_t, new_external
    use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, factors_at, &
       number_of_factors, set_factor, scaled_sum, slopes, start_following
@@ -31,7 +32,7 @@ module finshell_equilibrium
    use finshell_linked_elements, only: linked_elements_t
    use finshell_tangent_factors, only: tangent_factors_t
    use finshell_load_terms, only: add_turning, add_motion, add_rate, moving_nodes
-   use finshell_mechanism, only: check_mechanism, name_mode
+   use finshell_linked_parts, only: check_held, name_mode
    use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_levels, only: force_levels
    use finshell_watched_displacement, only: displacement_gradient, watch_displacement, mean_displacement
@@ -127,16 +128,16 @@ contains
       if (allocated(error)) return
       call own_elements(self%team, structure%mesh%triangles, nodes, self%own_elements)
       call new_external(self%external, structure, self%equations, error, self%stage)
-      if (shared(self%team)) call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2))
       if (allocated(error)) return
-      if (.not. self%may_float) call check_mechanism(structure%mesh, self%equations, error, &
-                                                     self%external%springs(structure, self%equations))
+      call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2), self%team)
+      if (.not. self%may_float) call check_held(structure, self%equations, self%external, error)
       if (allocated(error)) return
       call link_nodes(linked, linked_elements, structure%mesh, self%equations)
-      self%cliques = joined(no_cliques(), linked%blocks%equations)
+      self%cliques = joined(self%external%cliques(), linked%blocks%equations)
       call new_sparsity(pattern, structure%mesh%triangles(:, self%own_elements), self%equations%number, self%external%symmetric, &
          error, self%team, self%cliques)
       if (allocated(error)) return
+      call self%external%locate(pattern)
       call new_assembly(self%assembly, pattern, structure%mesh%triangles, structure%element_section, self%equations%number, &
          error, self%equations%frame, self%equations%frames, self%equations%held, &
          is_membrane(structure, self%own_elements), self%own_elements)
@@ -215,12 +216,12 @@ contains
       end if
       part = 0
       if (present(stand_in)) part = stand_in
-      if (tangent .and. part > 0) call add_ground(self%assembly, self%structure, part, self%ground, self%values, error)
-      if (allocated(error)) return
       active = by_load_factor
       if (present(scaling)) active = scaling
       allocate (out_of_balance(n_nodal, size(self%internal_force, 2)), source=0.0_wp)
       associate (loads => self%external, s => self%structure, e => self%equations)
+         if (tangent .and. part > 0) call add_ground(self%assembly, s, loads, self%state, part, self%ground, self%values, error)
+         if (allocated(error)) return
          if (tangent) then
             call loads%evaluate(s, e, self%state, self%assembly, unit_force, bulges, self%values)
          else
@@ -275,6 +276,7 @@ contains
       call self%equations%links%settle(self%state)
       call self%equations%links%refresh(self%state)
       call self%assembly%linked%blocks%expand(self%equations)
+      call self%external%refresh(self%equations)
    end subroutine refresh
 
    !> (n) Where the diagonal stands among the values.
@@ -385,7 +387,8 @@ contains
       real(wp), intent(in) :: x(:), factor_change
       integer, intent(in) :: scaling
       real(wp) :: angle
-      angle = largest_turn(self%equations, x, factor_change*slopes(self%state, scaling, size(self%equations%motion, 3)))
+      angle = largest_turn_with_lines(self%external%list, self%structure, self%equations, x, &
+                                      factor_change*slopes(self%state, scaling, size(self%equations%motion, 3)))
    end function largest_rotation
 
    !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.

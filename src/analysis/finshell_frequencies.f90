@@ -17,6 +17,7 @@ module finshell_frequencies
    use finshell_mesh_sorting, only: sorted_order
    use finshell_mode, only: normalise_mode
    use finshell_observer, only: observer_t, vibration_t
+   use finshell_point_masses, only: point_masses
    use finshell_sparsity, only: sparsity_t
    use finshell_state, only: linear_change_t
    use finshell_status, only: status_input_error, status_invalid_argument, status_not_converged, status_singular_matrix
@@ -112,6 +113,7 @@ contains
       pencil%stiffness = problem%values
       allocate (pencil%mass(size(problem%values)), source=0.0_dp)
       call add_masses(problem%assembly, problem%structure, problem%state, kind, pencil%mass, error)
+      if (.not. allocated(error)) call problem%external%masses%add(kind%rotatory, pencil%mass)
       if (.not. allocated(error)) call make_symmetric(problem, pencil%pattern, pencil%mass, difference, error)
       if (.not. allocated(error)) call make_symmetric(problem, pencil%pattern, pencil%stiffness, difference, error)
       if (allocated(error)) return
@@ -246,6 +248,7 @@ contains
          rigid(k, :) = 1
          call masses_times(problem%assembly, problem%structure, problem%state, kind, rigid, along, error)
          if (allocated(error)) return
+         along = along + point_masses(problem%structure)*rigid
          vibration%whole_mass = sum(along(k, :))
          call gather(problem%equations, along, carried(:, k))
          deallocate (rigid)

@@ -72,7 +72,7 @@ contains
       type(assembly_t), intent(in) :: assembly
       type(balance_t), intent(out) :: value
       type(state_t) :: middle
-      real(wp), allocatable :: mean(:, :, :)
+      real(wp), allocatable :: mean(:, :, :), start(:, :, :)
       real(wp), allocatable :: way(:), before(:), after(:), first(:), last(:), change(:), share(:)
       integer :: i, many
 
@@ -91,7 +91,13 @@ contains
       end if
       if (loads%any_with(with_rotations)) then
          mean = mean + 0.5_wp*to%bulges
-         if (allocated(from%bulges)) mean = mean + 0.5_wp*from%bulges
+         if (allocated(from%bulges)) then
+            mean = mean + 0.5_wp*from%bulges
+         else
+            allocate (start(n_nodal, size(mean, 2), loads%factors), source=0.0_wp)
+            call loads%add(with_rotations, structure, equations, base, assembly, start)
+            mean = mean + 0.5_wp*start
+         end if
       end if
       many = max(loads%factors, size(equations%motion, 3))
       allocate (way(many), first(many), last(many), source=0.0_wp)

@@ -1,6 +1,7 @@
 !> What can be said against an input before anything is solved: steps that cannot be followed, loads that do nothing.
 module finshell_trial
    use finshell_kinds, only: wp
+   use finshell_connector, only: is_dashpot
    use finshell_crossed_cells, only: crossed_cells
    use finshell_dynamic_start, only: check_start
    use finshell_equations, only: equations_t, free_part
@@ -10,12 +11,14 @@ module finshell_trial
    use finshell_chamber, only: can_hold
    use finshell_factor, only: by_case, by_load_factor
    use finshell_frequencies, only: check_vibration
+   use finshell_freedoms, only: n_nodal, uz
    use finshell_input, only: input_t
    use finshell_job, only: may_float
    use finshell_load, only: load_t, load_nodal, load_edge
    use finshell_load_case, only: change_case
-   use finshell_mass_assembly, only: check_masses
    use finshell_mesh, only: mesh_t, find_edge_set, find_element_set, find_node_set
+   use finshell_motion_start, only: check_mobile, lumped_masses
+   use finshell_point_masses, only: point_masses
    use finshell_stage, only: change_stage, is_same_stage
    use finshell_status, only: status_input_error
    use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_dynamic, control_explicit, &
@@ -66,12 +69,15 @@ contains
       type(equilibrium_t), intent(inout) :: problem
       type(error_t), allocatable, intent(out) :: error
       type(targets_t) :: targets
+      real(wp), allocatable :: mass(:, :)
 
       call check_chambers(step, problem, error)
       if (allocated(error)) return
       if (is_in_time(step%control)) then
-         call check_masses(problem%structure, error)
+         call lumped_masses(problem, mass, error)
          if (allocated(error)) error%message = control_name(step%control)//': '//error%message
+         if (.not. allocated(error)) call check_mobile(problem, control_name(step%control), mass, &
+                                                       merge(uz, n_nodal, step%control == control_dynamic), error)
          if (.not. allocated(error) .and. first .and. step%control == control_dynamic) &
             call check_start(problem, step, 0.0_wp, .false., error)
          return
@@ -158,23 +164,25 @@ contains
          end associate
          do i = 1, size(loads)
             if (.not. loads(i)%span%covers(problem%stage)) cycle
-            yes = yes .or. (any(scaled == loads(i)%scaling) .and. acts(loads(i), problem%structure%mesh, problem%equations))
+            yes = yes .or. (any(scaled == loads(i)%scaling) .and. acts(loads(i), problem%structure%mesh, problem%equations, &
+                                                                       any(point_masses(problem%structure) > 0, dim=1)))
          end do
       end associate
    end function something_scales
 
    !> Whether a load acts on a component that is free.
-   pure logical function acts(load, mesh, equations) result(yes)
+   pure logical function acts(load, mesh, equations, heavy) result(yes)
       type(load_t), intent(in) :: load
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
+      logical, intent(in) :: heavy(:) !< (nodes) with masses beside those of elements
       integer :: i, k
       logical, allocatable :: member(:)
 
       allocate (member(size(mesh%coordinates, 2)), source=.false.)
       if (load%kind == load_nodal .or. load%at_nodes) then
          member(mesh%node_sets(find_node_set(mesh, load%set))%members) = .true.
-      else if (load%kind == load_edge) then
+      else if (any(load%kind == [character(len=16) :: load_edge, 'line_moment', 'follower_line'])) then
          associate (edges => mesh%edge_sets(find_edge_set(mesh, load%set))%edges)
             do i = 1, size(edges, 2)
                member(edges(:, i)) = .true.
@@ -185,6 +193,7 @@ contains
             do i = 1, size(elements)
                member(mesh%triangles(:, elements(i))) = .true.
             end do
+            if (size(elements) == size(mesh%triangles, 2)) member = member .or. heavy
          end associate
       end if
       yes = .false.
@@ -220,6 +229,10 @@ contains
       character(len=:), allocatable :: text
       integer :: i
       text = ''
+      if (any(is_dashpot(input%structure%connectors)) .and. .not. any(is_in_time(input%steps%control))) then
+         text = input%file//': a &dashpot acts in steps in time only, and there is none'
+         return
+      end if
       if (all(input%steps%control == control_frequencies)) return
       if (allocated(input%velocity)) then
          if (.not. any(abs(free_part(problem%equations, input%velocity)) > 0)) &
@@ -233,7 +246,8 @@ contains
       end if
       do i = 1, size(input%structure%loads)
          if (input%structure%loads(i)%span%first > 1) cycle
-         if (acts(input%structure%loads(i), input%structure%mesh, problem%equations)) cycle
+         if (acts(input%structure%loads(i), input%structure%mesh, problem%equations, &
+                  any(point_masses(input%structure) > 0, dim=1))) cycle
          text = input%file//':'//text_of(input%load_lines(i))//': &load: it moves nothing: it is zero, or acts on what is held only'
          return
       end do

@@ -1,5 +1,6 @@
 !> A load: forces on the nodes of elements, and their derivative. A kind extends `acting_load_t` and says `evaluate`, and `energy`
-!> where it has one; adding it to the equations and its change with a motion are the same for all that act through elements.
+!> where it has one; adding it to the equations and its change with a motion are the same for all that act through elements
+!> (those between nodes that share none: finshell_joined_load).
 !>
 !> Loads that depend on displacements only have the displacements of the nodes as rows. Those that depend on rotations, too, have
 !> all freedoms, and moments.
@@ -34,10 +35,10 @@ module finshell_acting_load
       procedure(evaluate_interface), deferred :: evaluate
       procedure :: energy => no_energy
       procedure :: keep
-      procedure, non_overridable :: add
-      procedure, non_overridable :: add_force
-      procedure, non_overridable :: place
-      procedure, non_overridable :: add_change
+      procedure :: add
+      procedure :: add_force
+      procedure :: place
+      procedure :: add_change
    end type acting_load_t
 
    type :: load_item_t

@@ -17,7 +17,7 @@ module finshell_dead_load
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: dead_load_t, new_dead_load, add_nodal, add_edge, add_area
+   public :: dead_load_t, new_dead_load, add_nodal, add_edge, add_edge_moment, add_area
 
    type, extends(acting_load_t) :: dead_load_t
    contains
@@ -77,6 +77,25 @@ contains
          end do
       end do
    end subroutine add_edge
+
+   !> Moments along edges (2, :).
+   pure subroutine add_edge_moment(load, mesh, edges, dead)
+      type(load_t), intent(in) :: load
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: edges(:, :)
+      type(dead_load_t), intent(inout) :: dead
+      real(wp) :: length
+      integer :: i, k
+      do i = 1, size(edges, 2)
+         length = norm2(mesh%coordinates(:, edges(2, i)) - mesh%coordinates(:, edges(1, i)))
+         do k = 1, 2
+            associate (moment => dead%nodal(rx:rz, edges(k, i)))
+               moment = moment + 0.5_wp*length*load%moment
+            end associate
+         end do
+      end do
+      dead%has_energy = .false.
+   end subroutine add_edge_moment
 
    !> Traction and gravity. Errors: no such set, no density.
    subroutine add_area(load, structure, dead, error)

@@ -2,12 +2,16 @@
 !>
 !> `new_external` is the table of kinds: what the input states becomes items of the list.
 module finshell_external
-   use finshell_kinds, only: wp
+   use finshell_kinds, only: wp, i4
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_acting_load, only: load_item_t, append, on_nothing, displacements_only, with_rotations
    use finshell_assembly, only: assembly_t
    use finshell_centrifugal, only: add_centrifugal
-   use finshell_dead_load, only: dead_load_t, new_dead_load, add_nodal, add_edge, add_area
+   use finshell_cliques, only: cliques_t, joined
+   use finshell_connectors, only: add_connectors, expand_blocks, find_places, join_cliques, lead, tauten_lines
+   use finshell_dashpots, only: dashpots_t, new_dashpots
+   use finshell_dead_load, only: dead_load_t, new_dead_load, add_nodal, add_area
+   use finshell_edge_load, only: add_edge_load
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
    use finshell_factor, only: by_load_factor, by_constant_factor, by_release, unscaled, factor_at, number_of_factors
@@ -16,12 +20,13 @@ module finshell_external
    use finshell_foundation, only: add_foundation
    use finshell_hydrostatic, only: add_hydrostatic
    use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure
-   use finshell_loaded_set, only: loaded_edges
    use finshell_mesh, only: mesh_t
-   use finshell_side_load, only: add_side_load
-   use finshell_state, only: state_t, new_state
+   use finshell_point_masses, only: mass_blocks_t, new_mass_blocks, pull_masses, spin_masses
+   use finshell_sparsity, only: sparsity_t
+   use finshell_state, only: state_t, move_state, new_state
    use finshell_status, only: status_invalid_argument
    use finshell_structure, only: structure_t
+   use finshell_team, only: leads, shared, team_t
    implicit none
    private
    public :: external_t, springs_t, new_external
@@ -44,13 +49,20 @@ module finshell_external
       integer, allocatable :: turning_nodes(:), turning_elements(:), turning_corners(:)
       logical :: symmetric = .true. !< all load stiffnesses are symmetric
       logical :: has_constants = .false.
+      type(dashpots_t) :: dashpots !< of steps in time
+      type(mass_blocks_t) :: masses !< beside those of elements
    contains
       procedure :: keep_own
       procedure :: let_go
+      procedure :: cliques
+      procedure :: locate
+      procedure :: refresh
       procedure :: exchange
       procedure :: any_with
       procedure :: add
       procedure :: add_forces
+      procedure :: stands
+      procedure :: tauten
       procedure :: place
       procedure :: evaluate
       procedure :: add_change
@@ -69,7 +81,6 @@ contains
       integer, intent(in), optional :: step !< whose loads these are; without it: of all
       type(load_t), allocatable :: loads(:)
       logical, allocatable :: there(:)
-      integer, allocatable :: edges(:, :)
       type(load_item_t), allocatable :: acting(:)
       type(dead_load_t), allocatable :: dead(:)
       integer :: i, pressures
@@ -90,18 +101,19 @@ contains
          associate (load => loads(i))
             select case (load%kind)
             case (load_nodal); call add_nodal(load, structure, dead(load%scaling), error)
-            case (load_edge)
-               call loaded_edges(load, structure, edges, error)
-               if (allocated(error)) return
-               call add_edge(load, structure%mesh, edges, dead(load%scaling))
-               call add_side_load(load, structure, edges, equations%held, acting)
-            case (load_traction, load_gravity); call add_area(load, structure, dead(load%scaling), error)
+            case (load_edge, 'line_moment', 'follower_line')
+               call add_edge_load(load, structure, equations, dead(load%scaling), acting, error)
+            case (load_traction, load_gravity)
+               call add_area(load, structure, dead(load%scaling), error)
+               if (load%kind == load_gravity .and. load%set == 'all') call pull_masses(load, structure, dead(load%scaling)%nodal)
             case (load_pressure)
                pressures = pressures + 1
                call add_pressure_load(load, structure, equations, acting, self%pressures(pressures), error)
             case ('hydrostatic'); call add_hydrostatic(load, structure, equations, acting, error)
             case ('foundation'); call add_foundation(load, structure, acting, error)
-            case ('centrifugal'); call add_centrifugal(load, structure, acting, error)
+            case ('centrifugal')
+               if (load%set == 'all') call spin_masses(load, structure, equations, acting)
+               call add_centrifugal(load, structure, acting, error)
             case default
                call raise(error, status_invalid_argument, "load: unknown kind '"//trim(load%kind)//"'")
             end select
@@ -110,6 +122,9 @@ contains
       end do
       call new_chambers(self%chambers, structure, equations, acting, error)
       if (allocated(error)) return
+      call add_connectors(structure, equations, acting)
+      call new_dashpots(self%dashpots, structure, equations)
+      call new_mass_blocks(self%masses, structure, equations)
       self%has_constants = any(loads%scaling == by_constant_factor .and. there)
       if (self%chambers%n > 0) self%has_constants = self%has_constants .or. any(self%chambers%fluid%scaling == by_constant_factor)
       call list_all(self, dead, acting)
@@ -121,14 +136,50 @@ contains
       end do
    end subroutine new_external
 
-   !> Let a member of a team act through its own elements only.
-   subroutine keep_own(self, own, elements)
+   !> Equations that meet beside those of elements.
+   function cliques(self)
+      class(external_t), intent(in) :: self
+      type(cliques_t) :: cliques
+      cliques%first = [1_i4]
+      allocate (cliques%equation(0))
+      if (.not. self%masses%in_matrix) return ! another member of the team has them
+      call join_cliques(self%list, cliques)
+      cliques = joined(joined(cliques, self%dashpots%blocks%equations), self%masses%blocks%equations)
+   end function cliques
+
+   !> Find what has cliques in the matrix.
+   subroutine locate(self, pattern)
+      class(external_t), intent(inout) :: self
+      type(sparsity_t), intent(in) :: pattern
+      if (.not. self%masses%in_matrix) return
+      call find_places(self%list, pattern)
+      if (allocated(self%own)) call find_places(self%own, pattern)
+      call self%dashpots%blocks%find_places(pattern)
+      call self%masses%blocks%find_places(pattern)
+   end subroutine locate
+
+   !> Tell what has cliques that nodes depend on others in another way (finshell_links).
+   subroutine refresh(self, equations)
+      class(external_t), intent(inout) :: self
+      type(equations_t), intent(in) :: equations
+      call expand_blocks(self%list, equations)
+      call self%dashpots%blocks%expand(equations)
+      call self%masses%blocks%expand(equations)
+   end subroutine refresh
+
+   !> Let a member of a team act through its own elements only; what is no element is in the matrix of the one that leads.
+   subroutine keep_own(self, own, elements, team)
       class(external_t), intent(inout) :: self
       integer, intent(in) :: own(:), elements !< element numbers; how many there are in all
+      class(team_t), pointer, intent(in) :: team
       logical, allocatable :: mine(:)
       integer :: i
+      if (.not. shared(team)) return
       allocate (mine(elements), source=.false.)
       mine(own) = .true.
+      call lead(self%list, leads(team))
+      self%dashpots%in_matrix = leads(team)
+      self%masses%in_matrix = leads(team)
       self%own = self%list
       do i = 1, size(self%own)
          call self%own(i)%load%keep(mine(self%list(i)%load%elements))
@@ -260,16 +311,19 @@ contains
       end subroutine add_of
    end subroutine add
 
-   !> Add the forces of all loads at the present factors: what `evaluate` is to a step in time.
-   subroutine add_forces(self, structure, equations, state, assembly, total)
+   !> Add the forces of loads at the present factors: what `evaluate` is to a step in time. Either of those that no factor scales,
+   !> which belong to the structure (`standing`), or of the others.
+   subroutine add_forces(self, structure, equations, state, assembly, standing, total)
       class(external_t), intent(in) :: self
       type(structure_t), intent(in) :: structure
       type(equations_t), intent(in) :: equations
       type(state_t), intent(in) :: state
       type(assembly_t), intent(in) :: assembly
+      logical, intent(in) :: standing
       real(wp), intent(inout), contiguous :: total(:, :) !< (n_nodal, nodes)
       integer :: i
       do i = 1, size(self%list)
+         if ((self%list(i)%load%scaling == unscaled) .neqv. standing) cycle
          if (allocated(self%own)) then
             call self%own(i)%load%add_force(structure, equations, state, assembly, total)
          else
@@ -277,6 +331,21 @@ contains
          end if
       end do
    end subroutine add_forces
+
+   !> Does the structure have what no factor scales?
+   pure logical function stands(self)
+      class(external_t), intent(in) :: self
+      integer :: i
+      stands = any([(self%list(i)%load%scaling == unscaled, i=1, size(self%list))])
+   end function stands
+
+   !> Take lines that act in tension only as taut, or as they are.
+   subroutine tauten(self, taut)
+      class(external_t), intent(inout) :: self
+      logical, intent(in) :: taut
+      call tauten_lines(self%list, taut)
+      if (allocated(self%own)) call tauten_lines(self%own, taut)
+   end subroutine tauten
 
    !> Find the elements of all loads in the assembly, once for many calls of `add_forces`.
    subroutine place(self, assembly)
@@ -334,9 +403,9 @@ contains
       type(state_t) :: moved
       integer :: i
       energy = 0
-      if (.not. any([(self%list(i)%load%scaling == unscaled, i=1, size(self%list))])) return
+      if (.not. self%stands()) return
       moved = state
-      if (present(motion)) moved%displacement = moved%displacement + motion(ux:uz, :)
+      if (present(motion)) call move_state(moved, motion)
       do i = 1, size(self%list)
          if (self%list(i)%load%scaling /= unscaled) cycle
          energy = energy + self%list(i)%load%energy(structure, equations, moved)
@@ -358,7 +427,7 @@ contains
       call new_state(reference, size(structure%mesh%coordinates, 2))
       do i = 1, size(self%list)
          associate (load => self%list(i)%load)
-            if (load%scaling /= unscaled .or. load%rows /= displacements_only) cycle
+            if (load%scaling /= unscaled .or. load%rows /= displacements_only .or. size(load%elements) == 0) cycle
             allocate (force(load%rows, size(load%elements)), k(load%rows, load%rows, size(load%elements)))
             call load%evaluate(structure, equations, reference, force, factor_at(reference, load%scaling), k)
             springs%elements = [springs%elements, load%elements]

@@ -15,8 +15,10 @@ module finshell_ground
    use finshell_material, only: material_t
    use finshell_registry, only: new_material
    use finshell_section, only: section_t
+   use finshell_connectors, only: stand_in_for_lines
+   use finshell_external, only: external_t
    use finshell_mesh, only: mesh_t, twice_area_vector
-   use finshell_equations, only: equations_t
+   use finshell_equations, only: equations_t, field_displacement
    use finshell_state, only: state_t, new_state
    use finshell_structure, only: structure_t
    use finshell_assembly, only: assembly_t, assemble
@@ -61,9 +63,11 @@ contains
    end function law_is_soft
 
    !> Add a part of the matrix of the stand-in.
-   subroutine add_ground(assembly, structure, part, ground, values, error)
+   subroutine add_ground(assembly, structure, loads, state, part, ground, values, error)
       type(assembly_t), intent(in) :: assembly
       type(structure_t), intent(in) :: structure
+      type(external_t), intent(in) :: loads !< may have lines at nodes of no element
+      type(state_t), intent(in) :: state
       real(wp), intent(in) :: part
       real(wp), intent(inout), allocatable :: ground(:) !< the whole, once it was needed
       real(wp), intent(inout) :: values(:)
@@ -74,6 +78,7 @@ contains
          if (allocated(error)) return
       end if
       values = values + part*ground
+      call stand_in_for_lines(loads%list, structure, state, part, values)
    end subroutine add_ground
 
    !> Values of the matrix of the stand-in.
@@ -132,5 +137,10 @@ contains
             end do
          end associate
       end do
+      ! nodes of no element have that of the others in the mean
+      area = detail**2
+      e = count(weight > 0 .and. equations%field == field_displacement)
+      if (e > 0) area = sum(weight, mask=equations%field == field_displacement)/e
+      where (.not. weight > 0) weight = area*merge(1.0_wp, detail**2, equations%field == field_displacement)
    end function lumped_weight
 end module finshell_ground

@@ -12,6 +12,7 @@
 !> the first order and symmetric ones of the second order in the rotation of an increment.
 module finshell_inertia
    use finshell_assembly, only: assembly_t
+   use finshell_dashpots, only: dashpots_t
    use finshell_equations, only: equations_t, free_part
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: damper_t
@@ -29,6 +30,7 @@ module finshell_inertia
       real(wp), allocatable :: mass(:, :) !< (n_nodal, nodes) masses and rotatory inertias
       real(wp) :: mass_damping = 0 !< Rayleigh: of this times the masses
       type(damper_t) :: damper !< and of the stiffness of the material
+      type(dashpots_t) :: dashpots
       logical :: rodrigues = .false. !< rotations of d
       real(wp) :: v1 = 0, a1 = 0
       real(wp), allocatable :: v0(:, :), a0(:, :) !< (n_nodal, nodes)
@@ -65,9 +67,11 @@ contains
       force = -self%mass_damping*self%mass*self%velocity
       if (tangent) then
          call self%damper%add(structure, assembly, state, self%velocity, force, self%v1, values)
+         call self%dashpots%add(structure, state, self%velocity, force, self%v1, values)
          call stiffen(self, equations, diagonal, assembly%linked, values)
       else
          call self%damper%add(structure, assembly, state, self%velocity, force, self%v1)
+         call self%dashpots%add(structure, state, self%velocity, force)
       end if
       self%damping = -force
       motion = self%mass*self%acceleration

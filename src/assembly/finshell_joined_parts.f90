@@ -8,17 +8,25 @@ module finshell_joined_parts
    use finshell_union_find, only: join, new_forest, root_of
    implicit none
    private
-   public :: find_parts, extent, add_link_conditions
+   public :: find_parts, extent, add_link_conditions, part_link_t, add_part_links
+
+   !> Springs and bars: nodes, 0 being the ground, and their stiffness over the motions of these, of the order of 1.
+   type :: part_link_t
+      integer :: node(2) = 0
+      real(wp), allocatable :: stiffness(:, :) !< (n_nodal*ends, n_nodal*ends)
+   end type part_link_t
 
 contains
 
-   !> Number the connected parts of the mesh. A node without element is a part if joints know it, and belongs to part 0 if not.
-   subroutine find_parts(mesh, equations, part, parts, cluster)
+   !> Number the connected parts of the mesh. A node without element is a part if joints or springs know it, and belongs to
+   !> part 0 if not.
+   subroutine find_parts(mesh, equations, part, parts, cluster, springs)
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
       integer, allocatable, intent(out) :: part(:)
       integer, intent(out) :: parts
       integer, allocatable, intent(out) :: cluster(:) !< (0:parts) of parts that joints connect, the first of which numbers them
+      type(part_link_t), intent(in), optional :: springs(:) !< and these
       integer, allocatable :: root(:), number(:)
       integer :: e, k, i
       root = new_forest(size(mesh%coordinates, 2))
@@ -40,22 +48,34 @@ contains
          end do
       end do
       if (equations%links%any()) then
+         do k = 1, size(equations%links%node)
+            call count_part(equations%links%node(k))
+         end do
+         do k = 1, size(equations%links%master)
+            call count_part(equations%links%master(k))
+         end do
+      end if
+      if (present(springs)) then
+         do k = 1, size(springs)
+            do i = 1, 2
+               if (springs(k)%node(i) > 0) call count_part(springs(k)%node(i))
+            end do
+         end do
+      end if
+      root = new_forest(parts)
+      if (equations%links%any()) then
          associate (links => equations%links)
-            do k = 1, size(links%node)
-               call count_part(links%node(k))
-            end do
-            do k = 1, size(links%master)
-               call count_part(links%master(k))
-            end do
-            root = new_forest(parts)
             do k = 1, size(links%node)
                do e = links%first(k), links%first(k + 1) - 1
                   call join(root, part(links%node(k)), part(links%master(e)))
                end do
             end do
          end associate
-      else
-         root = new_forest(parts)
+      end if
+      if (present(springs)) then
+         do k = 1, size(springs)
+            if (all(springs(k)%node > 0)) call join(root, part(springs(k)%node(1)), part(springs(k)%node(2)))
+         end do
       end if
       allocate (cluster(0:parts))
       cluster(0) = 0
@@ -107,9 +127,8 @@ contains
       integer :: at(0:maxval(part)), e, i, k, r
       at = 0
       at(members) = [(i, i=1, size(members))]
-      if (.not. equations%links%any()) return
       associate (links => equations%links)
-         do r = 1, size(links%node)
+         do r = 1, merge(size(links%node), 0, links%any())
             if (at(part(links%node(r))) == 0) cycle
             row = 0
             call add_motion_of(links%component(r), links%node(r), -1.0_wp)
@@ -158,4 +177,41 @@ contains
          links_to_displacement = equations%links%component(r) <= uz
       end function links_to_displacement
    end subroutine add_link_conditions
+
+   !> Add what springs and bars resist of the same motions.
+   subroutine add_part_links(mesh, springs, part, members, centre, length, conditions, sprung)
+      type(mesh_t), intent(in) :: mesh
+      type(part_link_t), intent(in) :: springs(:)
+      integer, intent(in) :: part(:), members(:) !< as for `add_link_conditions`
+      real(wp), intent(in) :: centre(3), length
+      real(wp), intent(inout) :: conditions(:, :)
+      logical, intent(out) :: sprung !< there are some
+      real(wp), allocatable :: rigid(:, :)
+      real(wp) :: unit(3)
+      integer :: at(0:maxval(part)), e, first, i, k
+      at = 0
+      at(members) = [(i, i=1, size(members))]
+      sprung = .false.
+      do i = 1, size(springs)
+         associate (link => springs(i))
+            e = maxval(link%node)
+            if (at(part(e)) == 0) cycle
+            sprung = .true.
+            allocate (rigid(size(link%stiffness, 1), size(conditions, 1)), source=0.0_wp)
+            do e = 1, size(rigid, 1)/n_nodal
+               first = n_nodal*(at(part(link%node(e))) - 1)
+               do k = 1, 3
+                  unit = 0
+                  unit(k) = 1
+                  rigid(n_nodal*(e - 1) + ux:n_nodal*(e - 1) + uz, first + k) = unit
+                  rigid(n_nodal*(e - 1) + ux:n_nodal*(e - 1) + uz, first + uz + k) = &
+                     cross_product(unit, (mesh%coordinates(:, link%node(e)) - centre)/length)
+                  rigid(n_nodal*(e - 1) + uz + k, first + uz + k) = 1
+               end do
+            end do
+            conditions = conditions + matmul(transpose(rigid), matmul(link%stiffness, rigid))
+            deallocate (rigid)
+         end associate
+      end do
+   end subroutine add_part_links
 end module finshell_joined_parts

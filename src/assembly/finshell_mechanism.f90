@@ -13,12 +13,13 @@ module finshell_mechanism
    use finshell_mesh, only: mesh_t
    use finshell_equations, only: equations_t, scatter
    use finshell_external, only: springs_t
-   use finshell_joined_parts, only: add_link_conditions, extent, find_parts
+   use finshell_joined_parts, only: add_link_conditions, add_part_links, extent, find_parts, part_link_t
    implicit none
    private
    public :: check_mechanism, name_mode, null_space
 
    real(wp), parameter :: tolerance = 1.0e-9_wp !< of squared, scaled conditions: below it a motion is free
+   integer, parameter :: most_parts = 40 !< that are judged together: larger clusters are left to the factorisation
    character(len=1), parameter :: axis_name(3) = ['x', 'y', 'z']
 
    interface
@@ -36,20 +37,22 @@ module finshell_mechanism
 contains
 
    !> Raise an error that names the free rigid-body motions, if there are any.
-   subroutine check_mechanism(mesh, equations, error, springs)
+   subroutine check_mechanism(mesh, equations, error, springs, links)
       type(mesh_t), intent(in) :: mesh
       type(equations_t), intent(in) :: equations
       type(error_t), allocatable, intent(out) :: error
       type(springs_t), intent(in), optional :: springs !< to the ground, which hold as supports do
+      type(part_link_t), intent(in), optional :: links(:) !< springs and bars between nodes
       integer, allocatable :: part(:), cluster(:), members(:)
       integer :: e, parts, p
+      logical :: sprung
       real(wp) :: centre(3), size_of_part, own(n_nodal, n_nodal), stiffest
       real(wp), allocatable :: conditions(:, :)
       character(len=:), allocatable :: names
 
       stiffest = 0
       if (present(springs)) stiffest = max(maxval(abs(springs%stiffness)), tiny(1.0_wp))
-      call find_parts(mesh, equations, part, parts, cluster)
+      call find_parts(mesh, equations, part, parts, cluster, links)
       if (any(part == 0)) then
          p = findloc(part, 0, 1)
          if (any(equations%number(:, p) > 0)) then
@@ -61,6 +64,7 @@ contains
       do p = 1, parts
          if (cluster(p) /= p) cycle
          members = pack([(e, e=1, parts)], cluster(1:) == p)
+         if (size(members) > most_parts) cycle
          call extent(mesh, cluster(part), p, centre, size_of_part)
          allocate (conditions(n_nodal*size(members), n_nodal*size(members)), source=0.0_wp)
          do e = 1, size(members)
@@ -69,6 +73,8 @@ contains
             conditions(n_nodal*(e - 1) + 1:n_nodal*e, n_nodal*(e - 1) + 1:n_nodal*e) = own
          end do
          call add_link_conditions(mesh, equations, part, members, centre, size_of_part, conditions)
+         sprung = .false.
+         if (present(links)) call add_part_links(mesh, links, part, members, centre, size_of_part, conditions, sprung)
          if (size(members) > 1) then
             call free_part_of(conditions, own, e)
          else
@@ -78,9 +84,15 @@ contains
          deallocate (conditions)
          call name_free_motions(own, centre, size_of_part, names)
          if (names == '') cycle
-         if (parts > 1) names = names//' (of the part with node '//text_of(findloc(part, members(e), 1))//')'
-         call raise(error, status_singular_matrix, trim(merge('the supports and joints leave', 'the supports leave           ', &
-            equations%links%any()))//' a rigid-body motion free: '//names//'; add supports that prevent it')
+         e = findloc(part, members(e), 1)
+         if (e > size(part) - mesh%loose) then
+            names = names//' (of node '//text_of(e)//', which belongs to no element)'
+         else if (parts > 1) then
+            names = names//' (of the part with node '//text_of(e)//')'
+         end if
+         call raise(error, status_singular_matrix, 'the supports'//trim(merge(', springs and bars', '                  ', sprung)) &
+            //trim(merge(' and joints', '           ', equations%links%any()))//' leave a rigid-body motion free: '//names &
+            //'; add supports'//trim(merge(' or springs', '           ', sprung))//' that prevent it')
          return
       end do
 

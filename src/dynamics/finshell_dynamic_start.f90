@@ -9,8 +9,8 @@ module finshell_dynamic_start
    use finshell_freedoms, only: n_corners, n_nodal, rx, rz, ux, uz
    use finshell_inertia_damper, only: new_damper
    use finshell_kinds, only: wp, dp
-   use finshell_linked_start, only: linked_accelerations, linked_velocities, node_without_mass
-   use finshell_motion_start, only: begin_motion, lumped_masses
+   use finshell_linked_start, only: linked_accelerations, linked_velocities
+   use finshell_motion_start, only: begin_motion, check_mobile, lumped_masses
    use finshell_state, only: moved_state, small_part, state_t
    use finshell_status, only: status_input_error
    use finshell_step, only: step_t
@@ -31,7 +31,6 @@ contains
       type(step_t), intent(in) :: step
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: force(:, :)
-      integer :: node
 
       call check_start(problem, step, problem%state%load_factor, abs(problem%state%constant_factor - 1) <= 0, error)
       if (allocated(error)) return
@@ -40,14 +39,11 @@ contains
       associate (inertia => problem%inertia, state => problem%state, equations => problem%equations)
          call lumped_masses(problem, inertia%mass, error)
          if (allocated(error)) return
-         node = node_without_mass(equations, inertia%mass)
-         if (node > 0) then
-            call raise(error, status_input_error, 'dynamic: node '//text_of(node)//' can move but has no mass: it belongs to no ' &
-               //'element')
-            return
-         end if
+         call check_mobile(problem, 'dynamic', inertia%mass, uz, error)
+         if (allocated(error)) return
          if (.not. step%rotatory) inertia%mass(rx:rz, :) = 0
          inertia%mass_damping = step%mass_damping
+         inertia%dashpots = problem%external%dashpots
          if (step%stiffness_damping > 0) call new_damper(inertia%damper, problem%structure, state, problem%own_elements, &
             equations%held, step%stiffness_damping, error)
          if (allocated(error)) return

@@ -14,7 +14,7 @@ module finshell_explicit
    use finshell_memo, only: memo_t
    use finshell_momentum, only: angular_momentum, momentum
    use finshell_motion_force, only: evaluate_forces, stored_energy
-   use finshell_motion_start, only: begin_motion, lumped_masses
+   use finshell_motion_start, only: begin_motion, check_mobile, lumped_masses
    use finshell_observer, only: observer_t, record_t
    use finshell_rotatory_inertia, only: scale_rotatory_inertia
    use finshell_stable_step, only: stable_increment
@@ -92,7 +92,7 @@ contains
             left = left - 1
             if (left == 0) self%time = landing
             call go_to(self, problem, step)
-            call evaluate_forces(problem, error)
+            call evaluate_forces(problem, error, velocity=self%leapfrog%driven(problem%equations))
             if (allocated(error)) then
                error%message = name_of(step)//'at time '//text_of(problem%state%time)//': '//error%message &
                                //'; or the motion is unstable and needs shorter increments (safety or largest_increment)'
@@ -151,7 +151,7 @@ contains
       call set_factor(began, by_load_factor, self%at_start)
       call set_time(began, self%began)
       step%time%stops = stops_of(began, step%time)
-      call evaluate_forces(problem, error)
+      call evaluate_forces(problem, error, velocity=self%leapfrog%driven(problem%equations))
       if (allocated(error)) return
       if (self%done >= self%renewal) call renew(self, problem, step, error)
    end subroutine resume
@@ -185,6 +185,7 @@ contains
       real(wp), allocatable :: mass(:, :)
       call begin_motion(problem)
       call lumped_masses(problem, mass, error)
+      if (.not. allocated(error)) call check_mobile(problem, 'explicit', mass, n_nodal, error)
       if (allocated(error)) return
       call problem%external%place(problem%assembly)
       call scale_rotatory_inertia(problem%structure, step%rotation_scaling, mass)
@@ -211,7 +212,7 @@ contains
       call problem%move(still, step%time%factor(0.0_wp, self%at_start) - self%at_start)
       call new_masses(self, problem, step, error)
       if (allocated(error)) return
-      call evaluate_forces(problem, error)
+      call evaluate_forces(problem, error, velocity=self%leapfrog%driven(problem%equations))
       if (.not. allocated(error)) call renew(self, problem, step, error)
       if (allocated(error)) then
          error%message = name_of(step)//error%message

@@ -39,6 +39,7 @@ module finshell_leapfrog
       procedure :: advance
       procedure :: whole
       procedure :: square_of_jump
+      procedure :: driven
       procedure :: without_held
       procedure :: over_root_mass
       procedure :: carry
@@ -112,6 +113,15 @@ contains
       call memo%carry(self%work_after)
       call memo%carry(self%damped_after)
    end subroutine carry
+
+   !> Velocities and spins half an increment back, with what is prescribed.
+   pure function driven(self, equations) result(velocity)
+      class(leapfrog_t), intent(in) :: self
+      type(equations_t), intent(in) :: equations
+      real(wp) :: velocity(n_nodal, size(self%velocity, 2))
+      velocity = self%velocity
+      velocity(:, equations%moved) = velocity(:, equations%moved) + self%drive
+   end function driven
 
    !> Nodal vectors without what supports hold.
    pure function without_held(self, nodal) result(part)

@@ -18,16 +18,17 @@ module finshell_linked_start
 
 contains
 
-   !> A node that can move and has no mass, of its own or on it; 0: there is none.
-   pure integer function node_without_mass(equations, mass) result(node)
+   !> A node some of whose first components can move and have no mass, of their own or on them; 0: there is none.
+   pure integer function node_without_mass(equations, mass, components) result(node)
       type(equations_t), intent(in) :: equations
       real(wp), intent(in) :: mass(:, :) !< (n_nodal, nodes)
+      integer, intent(in) :: components !< so many: displacements, or all
       logical :: bears(equations%n), without(size(mass, 2))
       real(wp) :: coefficient(most_unknowns)
       integer :: equation(most_unknowns), i, k, n
       bears = .false.
       do i = 1, size(mass, 2)
-         do k = ux, uz
+         do k = 1, n_nodal
             if (.not. mass(k, i) > 0) cycle
             if (equations%links%depends(k, i)) then
                call expand_component(equations, i, k, equation, coefficient, n)
@@ -39,7 +40,7 @@ contains
       end do
       without = .false.
       do i = 1, size(mass, 2)
-         do k = ux, uz
+         do k = 1, components
             if (equations%number(k, i) > 0) without(i) = without(i) .or. .not. bears(equations%number(k, i))
          end do
       end do

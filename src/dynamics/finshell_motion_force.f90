@@ -13,11 +13,14 @@ module finshell_motion_force
 
 contains
 
-   !> Forces of elements and loads at the state of a problem, and the energy in its elements.
-   subroutine evaluate_forces(problem, error, sections)
+   !> Forces of elements, with what stands beside them (springs, foundations), and of loads, at the state of a
+   !> problem, and the energy in its elements.
+   subroutine evaluate_forces(problem, error, sections, velocity)
       class(equilibrium_t), intent(inout) :: problem !< internal_force, external_force and entry%energy are set
       type(error_t), allocatable, intent(out) :: error
       type(section_t), intent(in), optional :: sections(:) !< instead of its own
+      real(wp), intent(in), optional :: velocity(:, :) !< (n_nodal, nodes) for dashpots; absent: at rest
+      real(wp), allocatable :: standing(:, :)
       integer :: status, element
       problem%force_evaluations = problem%force_evaluations + 1
       call assemble(problem%assembly, problem%structure, problem%state, problem%internal_force, status, element, &
@@ -29,8 +32,15 @@ contains
       call problem%external%chambers%follow(problem%structure, problem%equations, problem%state, error)
       if (allocated(error)) return
       problem%external_force = 0
-      call problem%external%add_forces(problem%structure, problem%equations, problem%state, problem%assembly, &
+      call problem%external%add_forces(problem%structure, problem%equations, problem%state, problem%assembly, .false., &
                                        problem%external_force)
+      if (problem%external%stands()) then
+         ! its energy is stored, so its forces do no work from outside
+         allocate (standing(size(problem%external_force, 1), size(problem%external_force, 2)), source=0.0_wp)
+         call problem%external%add_forces(problem%structure, problem%equations, problem%state, problem%assembly, .true., standing)
+         problem%internal_force = problem%internal_force - standing
+      end if
+      if (present(velocity)) call problem%external%dashpots%add(problem%structure, problem%state, velocity, problem%external_force)
    end subroutine evaluate_forces
 
    !> In elements and foundations, after `evaluate_forces`.

@@ -6,6 +6,7 @@
 module finshell_rotatory_inertia
    use finshell_freedoms, only: n_corners, rx, rz
    use finshell_kinds, only: wp
+   use finshell_point_masses, only: point_masses
    use finshell_rotation, only: cross_product
    use finshell_structure, only: structure_t, is_membrane
    implicit none
@@ -14,14 +15,17 @@ module finshell_rotatory_inertia
 
 contains
 
-   !> Replace the rotatory inertia of the nodes: that of each element is at least `scaling` times its mass times its area.
+   !> Replace the rotatory inertia of the nodes: that of each element is at least `scaling` times its mass times its area;
+   !> that of points stays.
    pure subroutine scale_rotatory_inertia(structure, scaling, mass)
       type(structure_t), intent(in) :: structure
       real(wp), intent(in) :: scaling
       real(wp), intent(inout) :: mass(:, :) !< (n_nodal, nodes) lumped
+      real(wp), allocatable :: points(:, :)
       real(wp) :: area
       integer :: e, j
-      mass(rx:rz, :) = 0
+      points = point_masses(structure)
+      mass(rx:rz, :) = points(rx:rz, :)
       do e = 1, size(structure%mesh%triangles, 2)
          if (is_membrane(structure, e)) cycle
          associate (nodes => structure%mesh%triangles(:, e), x => structure%mesh%coordinates, &

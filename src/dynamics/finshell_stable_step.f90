@@ -28,14 +28,17 @@ contains
       type(leapfrog_t), intent(in) :: leapfrog !< has the masses
       real(wp), intent(out) :: increment !< huge: no stiffness
       type(error_t), allocatable, intent(out) :: error
-      real(wp) :: highest
+      real(wp) :: damping, highest
       call highest_eigenvalue(problem, leapfrog, highest, error)
       increment = huge(increment)
       if (allocated(error)) return
-      if (highest > 0) increment = 2/sqrt(highest)
+      ! with dashpots, whose velocities are half an increment old: z^2 - (2 - h c - h^2 k) z + 1 - h c has no root below -1
+      damping = problem%external%dashpots%fastest(problem%structure, leapfrog%mass)
+      if (highest > 0 .or. damping > 0) increment = 4/(damping + sqrt(damping**2 + 4*highest))
    end subroutine stable_increment
 
-   !> The square of the highest frequency. Sheets that wrinkle are taken as taut: they may become so in the next increment.
+   !> The square of the highest frequency. Sheets that wrinkle and cables are taken as taut: they may become so in the next
+   !> increment.
    subroutine highest_eigenvalue(problem, leapfrog, highest, error)
       class(equilibrium_t), intent(inout) :: problem
       type(leapfrog_t), intent(in) :: leapfrog
@@ -54,6 +57,7 @@ contains
       internal = problem%internal_force
       external = problem%external_force
       energy = problem%entry%energy
+      call problem%external%tauten(.true.)
       call evaluate_forces(problem, error, taut)
       if (.not. allocated(error)) then
          force = problem%external_force - problem%internal_force
@@ -83,6 +87,7 @@ contains
             if (found(i) - found(i - apart) <= tolerance*found(i)) exit
          end do
       end if
+      call problem%external%tauten(.false.)
       problem%state = state
       problem%internal_force = internal
       problem%external_force = external

@@ -21,7 +21,7 @@ module finshell_monitor
       integer :: component = 0 !< 0 for scalars
       integer :: place = 1 !< bottom, middle, top, or layer, of element fields that have places
       integer :: reduce = reduce_mean
-      character(len=:), allocatable :: node_set, element_set !< one of them, as the quantity needs
+      character(len=:), allocatable :: node_set, element_set, connector !< one of them, as the quantity needs
       real(wp) :: factor = 1 !< multiplies the value, e.g. -1 for a downward displacement
    end type monitor_t
 

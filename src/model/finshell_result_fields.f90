@@ -6,9 +6,9 @@ module finshell_result_fields
    implicit none
    private
    public :: result_field_t, result_fields, find_field, field_names, place_name
-   public :: on_nodes, on_elements, on_structure, error_entry
+   public :: on_nodes, on_elements, on_structure, on_connector, error_entry
 
-   integer, parameter :: on_nodes = 1, on_elements = 2, on_structure = 3
+   integer, parameter :: on_nodes = 1, on_elements = 2, on_structure = 3, on_connector = 4
 
    !> Behind the entries of the table of element fields: the field that is made of the surroundings of elements, `error`
    !> (finshell_error_indicator).
@@ -45,7 +45,7 @@ contains
                whole('volume', 'length^3', &
                      'between the pressurised elements and the origin of their pressure'), &
                whole('energy', 'force length', &
-                     'stored in the structure and in foundations'), &
+                     'stored in the structure, and in foundations and springs'), &
                whole('relative_error', '-', &
                      'estimated, of the mesh in the energy norm: root of the sum of error^2 over that of the energy'), &
                whole('time', 'time', &
@@ -55,7 +55,11 @@ contains
                whole('momentum', 'force time', &
                      'of the motion; zero at rest', 'x, y, z'), &
                whole('angular_momentum', 'force length time', &
-                     'of the motion, about the origin of the axes; zero at rest', 'x, y, z')]
+                     'of the motion, about the origin of the axes; zero at rest', 'x, y, z'), &
+               of_connector('connector_force', 'force (length)', &
+                            'of a spring, bar or cable, tension positive; its moment if it turns'), &
+               of_connector('connector_extension', 'length or -', &
+                            'of a spring; the strain of a bar or cable; the angle of what turns')]
    end function result_fields
 
    !> A number of each element, made of its surroundings.
@@ -66,6 +70,14 @@ contains
       field%on = on_elements
       field%entry = error_entry
    end function around
+
+   !> A number of each member of a connector.
+   pure function of_connector(name, dimension, meaning) result(field)
+      character(len=*), intent(in) :: name, dimension, meaning
+      type(result_field_t) :: field
+      field = whole(name, dimension, meaning)
+      field%on = on_connector
+   end function of_connector
 
    !> A number of the whole structure.
    pure function whole(name, dimension, meaning, components) result(field)
@@ -97,7 +109,7 @@ contains
       table = result_fields()
       names = trim(table(1)%name)
       do i = 2, size(table)
-         if (.not. (only_items .and. table(i)%on == on_structure)) names = names//', '//trim(table(i)%name)
+         if (.not. (only_items .and. table(i)%on >= on_structure)) names = names//', '//trim(table(i)%name)
       end do
    end function field_names
 

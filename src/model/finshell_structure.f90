@@ -1,5 +1,6 @@
 !> The model: mesh, sections, supports and loads. It is built once and then only read.
 module finshell_structure
+   use finshell_connector, only: connector_t, turns_nodes
    use finshell_joint, only: joints_t
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t
@@ -23,6 +24,7 @@ module finshell_structure
       real(wp), allocatable :: normal(:, :, :)
       type(support_t), allocatable :: supports(:)
       type(load_t), allocatable :: loads(:)
+      type(connector_t), allocatable :: connectors(:) !< unallocated: none
       type(joints_t), allocatable :: joints !< unallocated: none
       type(chamber_t), allocatable :: chambers(:) !< unallocated: none
       integer :: cases = 0 !< factors of loads and supports, beside that of the first case, which has no name
@@ -52,11 +54,12 @@ contains
       membrane = structure%sections(structure%element_section(element))%membrane
    end function is_membrane
 
-   !> (nodes) Those that have rotations: of an element that has, or of no element with a node that goes with its rotation.
+   !> (nodes) Those that have rotations: of an element that has, or of no element with a node that goes with its rotation, or where
+   !> a connector turns them.
    pure function turning_nodes(structure) result(turns)
       type(structure_t), intent(in) :: structure
       logical :: turns(size(structure%mesh%coordinates, 2))
-      integer :: e, j
+      integer :: e, i, j, k
       turns = .false.
       if (allocated(structure%joints)) then
          do j = 1, size(structure%joints%list)
@@ -67,6 +70,15 @@ contains
       end if
       do e = 1, size(structure%mesh%triangles, 2)
          if (.not. is_membrane(structure, e)) turns(structure%mesh%triangles(:, e)) = .true.
+      end do
+      if (.not. allocated(structure%connectors)) return
+      do i = 1, size(structure%connectors)
+         if (.not. turns_nodes(structure%connectors(i))) cycle
+         do k = 1, size(structure%connectors(i)%node, 2)
+            associate (node => structure%connectors(i)%node(:, k))
+               turns(node) = turns(node) .or. node > size(turns) - structure%mesh%loose
+            end associate
+         end do
       end do
    end function turning_nodes
 end module finshell_structure

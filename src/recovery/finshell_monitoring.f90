@@ -2,6 +2,7 @@
 module finshell_monitoring
    use finshell_kinds, only: wp, i4
    use finshell_freedoms, only: rx, rz
+   use finshell_connectors, only: measure_connector
    use finshell_discretisation, only: evaluate_gathered, gather_elements, gathered_t
    use finshell_enclosed_volume, only: volume_behind
    use finshell_equilibrium, only: equilibrium_t
@@ -12,7 +13,7 @@ module finshell_monitoring
    use finshell_monitor, only: monitor_t, output_t, wanted_fields, reduce_mean, reduce_sum, reduce_max, reduce_min
    use finshell_node_fields, only: node_field_t, node_fields, node_results_t, n_node_fields
    use finshell_recovery, only: recovery_t, recover, recovered
-   use finshell_result_fields, only: result_field_t, result_fields, place_name, error_entry, on_nodes, &
+   use finshell_result_fields, only: result_field_t, result_fields, place_name, error_entry, on_connector, on_nodes, &
       on_elements
    use finshell_state, only: state_t, moved_state, linear_change_t, small_part
    implicit none
@@ -26,6 +27,7 @@ module finshell_monitoring
       integer :: component = 1, place = 1, reduce = reduce_mean
       real(wp) :: factor = 1
       integer, allocatable :: nodes(:), elements(:)
+      character(len=:), allocatable :: connector
    end type watch_t
 
 contains
@@ -45,6 +47,7 @@ contains
       watch%place = monitor%place
       watch%reduce = monitor%reduce
       watch%factor = monitor%factor
+      if (allocated(monitor%connector)) watch%connector = monitor%connector
       if (allocated(monitor%node_set)) watch%nodes = mesh%node_sets(find_node_set(mesh, monitor%node_set))%members
       if (allocated(monitor%element_set)) then
          watch%elements = mesh%element_sets(find_element_set(mesh, monitor%element_set))%members
@@ -95,6 +98,9 @@ contains
                   if (missing(i)) cycle
                   values(i) = reduced(field%values(w%component, w%place, list), w%reduce)
                end associate
+            case (on_connector)
+               values(i) = reduced(changed_connector(problem, state, w%connector, w%field%name == 'connector_force', change), &
+                                   w%reduce)
             case default
                if (w%field%name == 'volume') values(i) = changed_volume(problem, state, change)
                if (w%field%name == 'energy') values(i) = changed_energy(problem, state, change)
@@ -195,6 +201,34 @@ contains
       end associate
       if (.not. change%alone) volume = volume + pressurised_volume(problem, problem%state)
    end function changed_volume
+
+   !> Forces or extensions of the members of a connector, or linearised.
+   function changed_connector(problem, state, name, forces, change) result(values)
+      type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: forces
+      type(linear_change_t), intent(in), optional :: change
+      real(wp), allocatable :: values(:)
+      real(wp) :: part
+      if (.not. present(change)) then
+         values = at(state)
+         return
+      end if
+      part = small_part(change%motion, problem%detail)
+      values = (at(moved_state(problem%state, change%motion, part)) - at(moved_state(problem%state, change%motion, -part)))/(2*part)
+      if (.not. change%alone) values = values + at(problem%state)
+
+   contains
+
+      function at(where_it_is) result(found)
+         type(state_t), intent(in) :: where_it_is
+         real(wp), allocatable :: found(:), force(:), extension(:)
+         call measure_connector(problem%external%list, name, problem%structure, where_it_is, force, extension)
+         if (forces) call move_alloc(force, found)
+         if (.not. forces) call move_alloc(extension, found)
+      end function at
+   end function changed_connector
 
    !> Stored energy, to second order of a linear change.
    function changed_energy(problem, state, change) result(energy)

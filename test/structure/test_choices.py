@@ -8,6 +8,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PARTS = {  # file of src/io/input that reads groups: headings of their description
     "solver": ["job"], "preset": ["job"], "mesh": ["mesh"], "normals": ["mesh"], "section": ["material", "section"], "direction": ["section"], "support": ["support"], "load": ["load"], "chamber": ["chamber"], "amplitude": ["amplitude"],
     "step": ["step"], "time_step": ["step"], "output": ["monitor", "output", "fields"],
+    "connector": ["spring", "bar", "cable", "dashpot", "point_mass"],
 }
 LISTS = {  # lists that are made elsewhere: file, pattern of the statement
     "diagonal_names": ("model/finshell_mesh_grid.f90", r"diagonal_names = ('.*?')"),
@@ -42,6 +43,8 @@ def field_rows(sources):
     for name, dimension, meaning, components in re.findall(r"whole\('(\w+)', '([^']*)',\s*'([^']*)'(?:, '([^']*)')?",
                                                            joined(sources["model/finshell_result_fields.f90"])):
         found.append((name, components, "structure", dimension, meaning))
+    for name, dimension, meaning in re.findall(r"of_connector\('(\w+)', '([^']*)',\s*'([^']*)'", joined(sources["model/finshell_result_fields.f90"])):
+        found.append((name, "", "connector", dimension, meaning))
     return ["| " + " | ".join([f"`'{name}'`", ", ".join(f"`'{c.strip()}'`" for c in components.split(",") if c.strip()), *rest]) + " |"
             for name, components, *rest in found]
 
@@ -105,7 +108,7 @@ class Choices(unittest.TestCase):
         self.assertEqual(rows, field_rows(self.sources))
         number = sum(int(re.search(rf"{name} = (\d+)", self.sources[file]).group(1)) for file, name in
                      (("element/finshell_element_fields.f90", "n_element_fields"), ("model/finshell_node_fields.f90", "n_node_fields")))
-        self.assertEqual(len(rows), number + 8)
+        self.assertEqual(len(rows), number + 10)
 
     def test_every_list_is_seen(self):
         count = sum(len(choices(part, self.sources)) for part in PARTS)

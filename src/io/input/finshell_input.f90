@@ -30,6 +30,7 @@ module finshell_input
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
    use finshell_input_joint, only: check_joints, read_joints
+   use finshell_input_connector, only: connector_groups, read_connectors
    use finshell_input_node, only: add_nodes
    use finshell_input_output, only: read_monitor, read_output
    implicit none
@@ -38,7 +39,7 @@ module finshell_input
 
    character(len=*), parameter :: group_names = &
       'job, mesh, node, node_set, element_set, material, section, support, tie, rigid_body, equal, equation, load, chamber, ' &
-      //'amplitude, step, initial_velocity, imperfection, monitor, output, accuracy'
+      //'amplitude, step, initial_velocity, imperfection, monitor, output, accuracy, '//connector_groups
 
    !> All that an input file says.
    type :: input_t
@@ -146,6 +147,7 @@ contains
       if (.not. allocated(error)) call add_nodes(namelist, input%structure%mesh, error)
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
       call read_joints(namelist, input%structure, error)
+      if (.not. allocated(error)) call read_connectors(namelist, input%structure%mesh, input%structure%connectors, error)
       if (.not. allocated(error)) call translate_supports(namelist, input, error)
       call check_joints(input%structure, input%file, error)
       if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
@@ -315,7 +317,7 @@ contains
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'monitor') cycle
          n = n + 1
-         call read_monitor(namelist%groups(i), input%structure%mesh, input%structure%sections, &
+         call read_monitor(namelist%groups(i), input%structure%mesh, input%structure%sections, input%structure%connectors, &
                            any(is_in_time(input%steps%control)), input%monitors(n), error)
          if (allocated(error)) return
          do j = 1, n - 1

@@ -98,6 +98,9 @@ contains
                              //'finshell study refines the mesh of the whole motion', error)
       else if (any(steps%control == control_linear) .and. .not. all(steps%control == control_linear)) then
          call complain_about(group, '', 'either all steps are linear or none is expected', error)
+      else if (size(structure%connectors) > 0 .or. structure%mesh%loose > 0) then
+         call complain_about(group, '', 'there are connectors or nodes beside the mesh, which cannot go on from mesh to mesh; ' &
+                             //'finshell study refines it with them', error)
       else if (any([(monitors(i)%name == 'mesh', i=1, size(monitors))])) then
          call complain_about(group, '', "a monitor is called 'mesh'; with this group the history has a column 'mesh' of its own", &
                              error)

@@ -14,7 +14,8 @@ module finshell_input_load
    private
    public :: read_load
 
-   character(len=*), parameter :: kinds = 'force, moment, line, traction, pressure, gravity, hydrostatic, centrifugal, foundation'
+   character(len=*), parameter :: kinds = &
+      'force, moment, line, line_moment, follower_line, traction, pressure, gravity, hydrostatic, centrifugal, foundation'
 
 contains
 
@@ -49,6 +50,18 @@ contains
       case ('line')
          call get_set(group, kind_edge, structure%mesh, load%set, error)
          call get_vector(group, 'vector', load%vector, error)
+      case ('line_moment')
+         call get_set(group, kind_edge, structure%mesh, load%set, error)
+         if (has(group, 'about_edge')) then
+            call get(group, 'about_edge', load%numbers(1), error)
+         else
+            call get_vector(group, 'vector', load%moment, error)
+         end if
+      case ('follower_line')
+         call get_set(group, kind_edge, structure%mesh, load%set, error)
+         call get(group, 'in_plane', load%vector(1), error, default=0.0_wp)
+         call get(group, 'normal', load%vector(2), error, default=0.0_wp)
+         call get(group, 'tangential', load%vector(3), error, default=0.0_wp)
       case ('foundation')
          call read_foundation(group, structure, load, error)
       case default

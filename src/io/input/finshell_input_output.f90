@@ -1,6 +1,7 @@
 !> The groups &monitor and &output of an input file.
 module finshell_input_output
    use finshell_kinds, only: wp
+   use finshell_connector, only: connector_t, find_connector, is_spring
    use finshell_error, only: error_t
    use finshell_field, only: motion_columns
    use finshell_mesh, only: mesh_t
@@ -9,7 +10,8 @@ module finshell_input_output
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
    use finshell_input_preset, only: preset_t
    use finshell_input_common, only: get_set, get_component, position_of, check_name, kind_node, kind_element
-   use finshell_result_fields, only: result_field_t, result_fields, find_field, field_names, on_nodes, on_elements, on_structure
+   use finshell_result_fields, only: result_field_t, result_fields, find_field, field_names, on_connector, on_nodes, &
+      on_elements, on_structure
    use finshell_section, only: section_t
    implicit none
    private
@@ -23,15 +25,17 @@ module finshell_input_output
 contains
 
    !> &monitor: a column of the history.
-   subroutine read_monitor(group, mesh, sections, in_time, monitor, error)
+   subroutine read_monitor(group, mesh, sections, connectors, in_time, monitor, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
       type(section_t), intent(in) :: sections(:)
+      type(connector_t), intent(in) :: connectors(:)
       logical, intent(in) :: in_time !< the history has the columns of the motion
       type(monitor_t), intent(out) :: monitor
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
       character(len=:), allocatable :: quantity, field_list
+      integer :: i
 
       if (allocated(error)) return
       table = result_fields()
@@ -59,6 +63,12 @@ contains
                call get_set(group, kind_element, mesh, monitor%element_set, error, default='all')
             end if
             call read_place(group, field, sections, monitor, error)
+         case (on_connector)
+            call get(group, 'connector', monitor%connector, error)
+            if (allocated(error)) return
+            i = find_connector(connectors, monitor%connector)
+            if (i > 0) i = merge(i, 0, is_spring(connectors(i)))
+            if (i == 0) call complain_about(group, 'connector', "there is no spring, bar or cable '"//monitor%connector//"'", error)
          end select
          if (field%components /= '') call get_component(group, trim(field%components), monitor%component, error, required=.true.)
          monitor%reduce = merge(reduce_sum, reduce_mean, field%adds_up)
