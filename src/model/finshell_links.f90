@@ -10,7 +10,7 @@ module finshell_links
    use finshell_kinds, only: wp
    use finshell_quaternion, only: quaternion_to_matrix
    use finshell_rotation, only: cross_product, spin
-   use finshell_state, only: state_t
+   use finshell_state, only: moved_state, state_t
    implicit none
    private
    public :: links_t, add_rows, forces_at_joints
@@ -31,6 +31,7 @@ module finshell_links
       procedure :: refresh
       procedure :: settle
       procedure :: extend
+      procedure :: turning_rates
       procedure :: fold
       procedure :: folded
       procedure :: hessian
@@ -184,6 +185,37 @@ contains
          motion(self%component(r), self%node(r)) = value
       end do
    end subroutine extend
+
+   !> Accelerations of dependent components while what they depend on has none: rates of their rows, by differences of the second
+   !> order, which leave 1e-10 of them.
+   function turning_rates(self, state, velocity) result(rates)
+      class(links_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: velocity(:, :) !< (n_nodal, nodes)
+      real(wp), allocatable :: rates(:, :) !< (n_nodal, nodes)
+      real(wp), parameter :: small_turn = 1.0e-5_wp
+      real(wp), allocatable :: back(:, :)
+      type(links_t) :: near
+      type(state_t) :: moved
+      real(wp) :: h
+      allocate (rates(size(velocity, 1), size(velocity, 2)), source=0.0_wp)
+      if (.not. allocated(self%row)) return
+      h = maxval(abs(velocity(rx:rz, :)))
+      if (.not. h > 0) return
+      h = small_turn/h
+      near = self
+      rates = velocity
+      back = velocity
+      moved = moved_state(state, velocity, h)
+      call near%settle(moved)
+      call near%refresh(moved)
+      call near%extend(rates)
+      moved = moved_state(state, velocity, -h)
+      call near%settle(moved)
+      call near%refresh(moved)
+      call near%extend(back)
+      rates = merge((rates - back)/(2*h), 0.0_wp, self%row > 0)
+   end function turning_rates
 
    !> Take forces on dependent components to what they depend on; the work in any motion stays the same.
    pure subroutine fold(self, force)
