@@ -163,6 +163,8 @@ contains
       character(len=:), allocatable :: text
       integer :: i
       text = ''
+      if (problem%equations%links%any()) text = first_line(problem%equations%links%redundant)
+      if (text /= '') return
       if (all(input%steps%control == control_frequencies)) return
       if (allocated(input%velocity)) then
          if (.not. any(abs(free_part(problem%equations, input%velocity)) > 0)) &
@@ -178,6 +180,12 @@ contains
          return
       end do
    end function warning_of
+
+   pure function first_line(lines) result(line)
+      character(len=*), intent(in) :: lines
+      character(len=:), allocatable :: line
+      line = lines(:max(0, scan(lines, new_line('a')) - 1))
+   end function first_line
 
    !> What should be said about the mesh: '' or a sentence.
    function mesh_warning(input) result(text)

@@ -30,8 +30,8 @@ module finshell_inertia
       real(wp) :: mass_damping = 0 !< Rayleigh: of this times the masses
       type(damper_t) :: damper !< and of the stiffness of the material
       logical :: rodrigues = .false. !< rotations of d
-      !> Dependent nodes have the rates that their masters give them, not those that the scheme finds from their own motion. The latter
-      !> keep momenta far better, but only a scheme that dissipates keeps the two together (Arnold and Bruels 2007).
+      !> Dependent nodes have the rates that their masters give them, not those that the scheme finds from their own motion. The
+      !> latter keep momenta far better, but only a scheme that dissipates keeps the two together (Arnold and Bruels 2007).
       logical :: rates_of_masters = .false.
       real(wp) :: v1 = 0, a1 = 0
       real(wp), allocatable :: v0(:, :), a0(:, :) !< (n_nodal, nodes)

@@ -53,8 +53,8 @@ contains
       end do
    end function spin_operators
 
-   !> Second derivatives of m . log(R(exp(w) q) R(q)^T) with respect to the nine spins w at 0, by fourth-order differences: their error
-   !> of 1e-9 is one of the tangent, not of what it converges to.
+   !> Second derivatives of m . log(R(exp(w) q) R(q)^T) with respect to the nine spins w at 0, by fourth-order differences: their
+   !> error of 1e-9 is one of the tangent, not of what it converges to.
    pure function second_spins(weight, q, m) result(h)
       real(wp), intent(in) :: weight(3), q(4, 3)
       real(wp), intent(in) :: m(3) !< moment
