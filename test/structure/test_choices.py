@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = {  # file of src/io/input that reads groups: headings of their description
-    "solver": ["job"], "preset": ["job"], "mesh": ["mesh"], "normals": ["mesh"], "section": ["material", "section"], "direction": ["section"], "support": ["support"], "load": ["load"],
+    "solver": ["job"], "preset": ["job"], "mesh": ["mesh"], "normals": ["mesh"], "section": ["material", "section"], "direction": ["section"], "support": ["support"], "load": ["load"], "joint": ["tie", "rigid_body", "equal", "equation"],
     "step": ["step"], "time_step": ["step"], "output": ["monitor", "output", "fields"],
 }
 LISTS = {  # lists that are made elsewhere: file, pattern of the statement
