@@ -229,6 +229,8 @@ contains
       character(len=:), allocatable :: text
       integer :: i
       text = ''
+      if (problem%equations%links%any()) text = first_line(problem%equations%links%redundant)
+      if (text /= '') return
       if (any(is_dashpot(input%structure%connectors)) .and. .not. any(is_in_time(input%steps%control))) then
          text = input%file//': a &dashpot acts in steps in time only, and there is none'
          return
@@ -252,6 +254,12 @@ contains
          return
       end do
    end function warning_of
+
+   pure function first_line(lines) result(line)
+      character(len=*), intent(in) :: lines
+      character(len=:), allocatable :: line
+      line = lines(:max(0, scan(lines, new_line('a')) - 1))
+   end function first_line
 
    !> What should be said about the mesh: '' or a sentence.
    function mesh_warning(input) result(text)

@@ -32,6 +32,9 @@ module finshell_inertia
       type(damper_t) :: damper !< and of the stiffness of the material
       type(dashpots_t) :: dashpots
       logical :: rodrigues = .false. !< rotations of d
+      !> Dependent nodes have the rates that their masters give them, not those that the scheme finds from their own motion. The
+      !> latter keep momenta far better, but only a scheme that dissipates keeps the two together (Arnold and Bruels 2007).
+      logical :: rates_of_masters = .false.
       real(wp) :: v1 = 0, a1 = 0
       real(wp), allocatable :: v0(:, :), a0(:, :) !< (n_nodal, nodes)
       real(wp), allocatable :: held_velocity(:, :), held_acceleration(:, :) !< (n_nodal, nodes) of moved supports; 0 elsewhere
@@ -63,6 +66,11 @@ contains
       if (self%rodrigues) call to_rodrigues(base, state, motion)
       self%velocity = free_part(equations, self%v0 + self%v1*motion) + self%held_velocity
       self%acceleration = free_part(equations, self%a0 + self%a1*motion) + self%held_acceleration
+      if (self%rates_of_masters .and. equations%links%any()) then
+         call equations%links%extend(self%velocity)
+         call equations%links%extend(self%acceleration)
+         self%acceleration = self%acceleration + equations%links%turning_rates(state, self%velocity)
+      end if
       allocate (force(n_nodal, size(motion, 2)), source=0.0_wp)
       force = -self%mass_damping*self%mass*self%velocity
       if (tangent) then

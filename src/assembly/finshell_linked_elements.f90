@@ -1,7 +1,7 @@
 !> Elements with dependent nodes: their matrices go through blocks (finshell_blocks).
 !>
-!> They write where others do, whatever their nodes are: all that hang on one master write to it. So they are kept while elements are
-!> evaluated side by side, and added one by one in an order that does not depend on threads.
+!> They write where others do, whatever their nodes are: all that hang on one master write to it. So they are kept while elements
+!> are evaluated side by side, and added one by one in an order that does not depend on threads.
 module finshell_linked_elements
    use finshell_blocks, only: blocks_t
    use finshell_freedoms, only: n_shell, shell_displacements

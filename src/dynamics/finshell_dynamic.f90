@@ -111,6 +111,7 @@ contains
       type(step_t), intent(in) :: step
       self%conserves = step%scheme == scheme_conserving
       problem%inertia%rodrigues = self%conserves
+      problem%inertia%rates_of_masters = self%conserves .or. step%rho_infinity > 0.85_wp
       self%method = new_newmark(merge(1.0_wp, step%rho_infinity, self%conserves))
       self%flies = all(problem%equations%supported%displacements == 0)
    end subroutine choose_method

@@ -5,16 +5,13 @@ module finshell_linked_start
    use finshell_equations, only: equations_t, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t
-   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
+   use finshell_freedoms, only: ux, uz
    use finshell_inertia, only: stiffen
    use finshell_kinds, only: wp
-   use finshell_state, only: state_t, move_state
    use finshell_status, only: status_singular_matrix
    implicit none
    private
    public :: node_without_mass, linked_velocities, linked_accelerations
-
-   real(wp), parameter :: small_turn = 1.0e-4_wp !< of differences of the second order
 
 contains
 
@@ -66,7 +63,7 @@ contains
       real(wp), intent(out) :: acceleration(:, :) !< (n_nodal, nodes)
       type(error_t), allocatable, intent(out) :: error
       real(wp), allocatable :: turning(:, :)
-      call turning_accelerations(problem, turning)
+      turning = problem%equations%links%turning_rates(problem%state, problem%state%velocity)
       call solve_masses(problem, force - problem%inertia%mass*turning, acceleration, error)
       acceleration = acceleration + turning
    end subroutine linked_accelerations
@@ -106,26 +103,4 @@ contains
       end if
       call scatter(problem%equations, x, motion)
    end subroutine solve_masses
-
-   !> Second differences of dependent nodes while the others go on as they do.
-   subroutine turning_accelerations(problem, turning)
-      class(equilibrium_t), intent(in) :: problem
-      real(wp), allocatable, intent(out) :: turning(:, :) !< (n_nodal, nodes)
-      type(state_t) :: forward, back
-      real(wp) :: h
-      allocate (turning(n_nodal, size(problem%state%displacement, 2)), source=0.0_wp)
-      associate (state => problem%state, links => problem%equations%links)
-         h = maxval(abs(state%velocity(rx:rz, :)))
-         if (.not. h > 0) return
-         h = small_turn/h
-         forward = state
-         back = state
-         call move_state(forward, h*state%velocity)
-         call move_state(back, -h*state%velocity)
-         call links%settle(forward)
-         call links%settle(back)
-         turning(ux:uz, :) = ((forward%displacement - state%displacement) - (state%displacement - back%displacement))/h**2
-         where (links%row == 0) turning = 0
-      end associate
-   end subroutine turning_accelerations
 end module finshell_linked_start

@@ -188,6 +188,10 @@ contains
             return
          end do
       end do
+      ! sides between nodes at one place are held alike
+      do node = 1, nodes
+         if (bearer(1, node) == bearer(2, node)) self%support_of(node) = self%support_of(bearer(1, node))
+      end do
    end subroutine merge_supports
 
    !> (2, nodes) Nodes on which supports of a node act: of its displacement, of its rotation.

@@ -12,7 +12,9 @@ module finshell_interpolated_rotation
    use finshell_rotation, only: inverse_tangent_operator, tangent_operator
    implicit none
    private
-   public :: interpolated, spin_operators, second_spins
+   public :: interpolated, spin_operators, second_spins, n_spins
+
+   integer, parameter :: n_spins = 3*3 !< of three nodes
 
 contains
 
@@ -53,17 +55,17 @@ contains
       end do
    end function spin_operators
 
-   !> Second derivatives of m . log(R(exp(w) q) R(q)^T) with respect to the nine spins w at 0, by fourth-order differences: their error
-   !> of 1e-9 is one of the tangent, not of what it converges to.
+   !> Second derivatives of m . log(R(exp(w) q) R(q)^T) with respect to the nine spins w at 0, by fourth-order differences: their
+   !> error of 1e-9 is one of the tangent, not of what it converges to.
    pure function second_spins(weight, q, m) result(h)
       real(wp), intent(in) :: weight(3), q(4, 3)
       real(wp), intent(in) :: m(3) !< moment
-      real(wp) :: h(9, 9)
+      real(wp) :: h(n_spins, n_spins)
       real(wp), parameter :: step = 2.0e-3_wp
       real(wp) :: back(4), at(-2:2), mixed
       integer :: i, j, s
       back = quaternion_conjugate(interpolated(weight, q))
-      do j = 1, 9
+      do j = 1, n_spins
          do i = 1, j
             do s = -2, 2
                at(s) = along(i, s*step, j, s*step)
@@ -72,10 +74,10 @@ contains
             h(i, j) = second(at)
          end do
       end do
-      do j = 1, 9
+      do j = 1, n_spins
          h(j, j) = 0.25_wp*h(j, j)
       end do
-      do j = 1, 9
+      do j = 1, n_spins
          do i = 1, j - 1
             mixed = 0.5_wp*(h(i, j) - h(i, i) - h(j, j))
             h(i, j) = mixed
@@ -93,7 +95,7 @@ contains
       pure real(wp) function along(a, da, b, db)
          integer, intent(in) :: a, b
          real(wp), intent(in) :: da, db
-         real(wp) :: w(9), turned(4, 3)
+         real(wp) :: w(n_spins), turned(4, 3)
          integer :: n
          w = 0
          w(a) = da

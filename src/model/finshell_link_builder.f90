@@ -1,5 +1,6 @@
-!> From joints to links: which components depend on which. Linear equations are solved for one component each, by elimination with the
-!> largest coefficient as pivot; joints are put in an order in which each depends on those before it. What cannot be is refused by name.
+!> From joints to links: which components depend on which. Linear equations are solved for one component each, by elimination with
+!> the largest coefficient as pivot; joints are put in an order in which each depends on those before it. What cannot be is refused
+!> by name.
 module finshell_link_builder
    use finshell_error, only: error_t, raise, text_of
    use finshell_freedoms, only: n_nodal, uz
@@ -24,8 +25,8 @@ module finshell_link_builder
 
 contains
 
-   !> Build the links and take the numbers of dependent components away. Errors: components that depend twice or are held, joints in a
-   !> circle, equations that contradict supports.
+   !> Build the links and take the numbers of dependent components away. Errors: components that depend twice or are held, joints in
+   !> a circle, equations that contradict supports.
    subroutine new_links(self, joints, mesh, number, frame, moved, motion, error)
       type(links_t), intent(out) :: self
       type(joints_t), intent(in) :: joints

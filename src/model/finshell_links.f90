@@ -5,12 +5,12 @@
 !> a state exactly. A row may depend on rows before it.
 module finshell_links
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
-   use finshell_interpolated_rotation, only: interpolated, second_spins, spin_operators
+   use finshell_interpolated_rotation, only: interpolated, n_spins, second_spins, spin_operators
    use finshell_joint, only: joint_t
    use finshell_kinds, only: wp
    use finshell_quaternion, only: quaternion_to_matrix
    use finshell_rotation, only: cross_product, spin
-   use finshell_state, only: state_t
+   use finshell_state, only: moved_state, state_t
    implicit none
    private
    public :: links_t, add_rows, forces_at_joints
@@ -31,6 +31,7 @@ module finshell_links
       procedure :: refresh
       procedure :: settle
       procedure :: extend
+      procedure :: turning_rates
       procedure :: fold
       procedure :: folded
       procedure :: hessian
@@ -63,8 +64,8 @@ contains
          associate (each => joints(j))
             rows = rows + merge(n_nodal, uz, each%turns)
             entries = entries + uz*each%masters
-            if (each%on_arm) entries = entries + merge(6, 9*each%masters, each%masters == 1)
-            if (each%turns) entries = entries + merge(3, 9*each%masters, each%masters == 1)
+            if (each%on_arm) entries = entries + merge(2*uz, uz**2*each%masters, each%masters == 1)
+            if (each%turns) entries = entries + merge(uz, uz**2*each%masters, each%masters == 1)
          end associate
       end do
       self%node = [self%node, [(0, i=r + 1, rows)]]
@@ -185,6 +186,37 @@ contains
       end do
    end subroutine extend
 
+   !> Accelerations of dependent components while what they depend on has none: rates of their rows, by differences of the second
+   !> order, which leave 1e-10 of them.
+   function turning_rates(self, state, velocity) result(rates)
+      class(links_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: velocity(:, :) !< (n_nodal, nodes)
+      real(wp), allocatable :: rates(:, :) !< (n_nodal, nodes)
+      real(wp), parameter :: small_turn = 1.0e-5_wp
+      real(wp), allocatable :: back(:, :)
+      type(links_t) :: near
+      type(state_t) :: moved
+      real(wp) :: h
+      allocate (rates(size(velocity, 1), size(velocity, 2)), source=0.0_wp)
+      if (.not. allocated(self%row)) return
+      h = maxval(abs(velocity(rx:rz, :)))
+      if (.not. h > 0) return
+      h = small_turn/h
+      near = self
+      rates = velocity
+      back = velocity
+      moved = moved_state(state, velocity, h)
+      call near%settle(moved)
+      call near%refresh(moved)
+      call near%extend(rates)
+      moved = moved_state(state, velocity, -h)
+      call near%settle(moved)
+      call near%refresh(moved)
+      call near%extend(back)
+      rates = merge((rates - back)/(2*h), 0.0_wp, self%row > 0)
+   end function turning_rates
+
    !> Take forces on dependent components to what they depend on; the work in any motion stays the same.
    pure subroutine fold(self, force)
       class(links_t), intent(in) :: self
@@ -219,8 +251,8 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: force(:) !< (n_nodal) on the dependent node: internal minus external
       real(wp), intent(out) :: matrix(:, :) !< (n_nodal*masters, n_nodal*masters)
-      real(wp) :: a(3), m(3), s(3, 3), b(3, 9), h(9, 9)
-      integer :: at(9), i, k
+      real(wp) :: a(3), m(3), s(3, 3), b(3, n_spins), h(n_spins, n_spins)
+      integer :: at(n_spins), i, k
       matrix = 0
       associate (joint => self%joints(j))
          s = 0
@@ -240,7 +272,7 @@ contains
          if (.not. joint%on_arm .and. .not. joint%turns) return
          if (joint%turns) m = m + force(rx:rz)
          at = [((n_nodal*(i - 1) + k, k=rx, rz), i=1, 3)]
-         b = reshape(operators(joint, state), [3, 9])
+         b = reshape(operators(joint, state), [3, n_spins])
          h = matmul(transpose(b), matmul(s, b))
          if (any(abs(m) > 0)) h = h + second_spins(joint%weight, state%rotation(:, joint%master), m)
          matrix(at, at) = h
