@@ -197,13 +197,15 @@ contains
       m = size(members)
       conditions = 0
       do i = 1, m
-         call conditions_of_part(structure%mesh, equations, part, members(i), centre(:, i), sizes(i), own)
          first = findloc(part, members(i), 1)
          at(i) = first
          if (is_loose(first)) then
+            centre(:, i) = structure%mesh%coordinates(:, first)
             sizes(i) = 1
             own = 0
             if (.not. any(equations%number(rx:rz, first) > 0)) own = identity_of_rotations()
+         else
+            call conditions_of_part(structure%mesh, equations, part, members(i), centre(:, i), sizes(i), own)
          end if
          conditions(at_part(i, 1):at_part(i, n_nodal), at_part(i, 1):at_part(i, n_nodal)) = own
       end do

@@ -1,5 +1,5 @@
-!> Springs, dashpots, masses and trusses of a deck as connectors: SPRINGA, SPRING1, SPRING2, DASHPOTA, MASS, T3D2. Nodes that have no
-!> shell become groups &node.
+!> Springs, dashpots, masses and trusses of a deck as connectors: SPRINGA, SPRING1, SPRING2, DASHPOTA, MASS, T3D2. Nodes without
+!> a shell become groups &node.
 module finshell_deck_connector
    use finshell_deck, only: data_t, deck_t
    use finshell_deck_writer, only: number_text, quoted, vector_text, writer_t
