@@ -55,11 +55,20 @@ contains
       integer, allocatable :: known(:)
       real(wp), allocatable :: t(:, :), factors(:)
       integer(i4), allocatable :: list(:)
-      integer :: equation(most_unknowns), b, found, i, j, k, l, n, node
+      integer :: equation(most_unknowns), b, found, i, j, k, l, n, node, equations_so_far, factors_so_far
       real(wp) :: coefficient(most_unknowns)
-      self%equations%first = [integer(i4) :: 1]
-      allocate (list(0), factors(0))
-      self%first_factor = [1]
+      if (allocated(self%equations%first)) deallocate (self%equations%first)
+      if (allocated(self%first_factor)) deallocate (self%first_factor)
+      allocate (self%equations%first(self%count() + 1), self%first_factor(self%count() + 1))
+      self%equations%first(1) = 1
+      self%first_factor(1) = 1
+      n = 0
+      do b = 1, self%count()
+         n = n + self%rows**2*most_unknowns*(self%first(b + 1) - self%first(b))**2
+      end do
+      allocate (list(self%rows*most_unknowns*size(self%node)), factors(n))
+      equations_so_far = 0
+      factors_so_far = 0
       do b = 1, self%count()
          associate (nodes => self%first(b + 1) - self%first(b))
             allocate (known(self%rows*nodes*most_unknowns), t(self%rows*nodes, self%rows*nodes*most_unknowns))
@@ -82,14 +91,17 @@ contains
                end do
             end do
          end do
-         list = [list, int(known(:found), i4)]
-         factors = [factors, reshape(t(:, :found), [size(t, 1)*found])]
-         self%equations%first = [self%equations%first, int(size(list) + 1, i4)]
-         self%first_factor = [self%first_factor, size(factors) + 1]
+         list(equations_so_far + 1:equations_so_far + found) = int(known(:found), i4)
+         equations_so_far = equations_so_far + found
+         n = size(t, 1)*found
+         factors(factors_so_far + 1:factors_so_far + n) = reshape(t(:, :found), [n])
+         factors_so_far = factors_so_far + n
+         self%equations%first(b + 1) = int(equations_so_far + 1, i4)
+         self%first_factor(b + 1) = factors_so_far + 1
          deallocate (known, t)
       end do
-      call move_alloc(list, self%equations%equation)
-      call move_alloc(factors, self%factor)
+      self%equations%equation = list(:equations_so_far)
+      self%factor = factors(:factors_so_far)
    end subroutine expand
 
    !> Find the entries of each block in a pattern that has its cliques.
@@ -98,10 +110,12 @@ contains
       type(sparsity_t), intent(in) :: pattern
       integer :: b, c, m, r, at
       self%symmetric = pattern%symmetric
-      self%first_place = [1]
+      if (allocated(self%first_place)) deallocate (self%first_place)
+      allocate (self%first_place(self%count() + 1))
+      self%first_place(1) = 1
       do b = 1, self%count()
          m = self%equations%first(b + 1) - self%equations%first(b)
-         self%first_place = [self%first_place, self%first_place(b) + merge(m*(m + 1)/2, m*m, self%symmetric)]
+         self%first_place(b + 1) = self%first_place(b) + merge(m*(m + 1)/2, m*m, self%symmetric)
       end do
       if (allocated(self%place)) deallocate (self%place)
       allocate (self%place(self%first_place(size(self%first_place)) - 1))
