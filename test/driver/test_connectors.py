@@ -324,6 +324,68 @@ class Connectors(unittest.TestCase):
         self.solve(sheet + joints, code=2, command="check")
         self.assertIn("springs and bars leave a rigid-body motion free", self.printed)
 
+    def test_deck(self):
+        """Springs, a mass and a truss of a deck, on nodes that have no shell; what is not taken is named."""
+        deck = """*NODE
+1, 0,0,0
+2, 1,0,0
+3, 1,1,0
+4, 0,1,0
+5, 1,0,2
+6, 1,1,2
+*ELEMENT, TYPE=S4, ELSET=SH
+1, 1,2,3,4
+*ELEMENT, TYPE=SPRINGA, ELSET=SP
+2, 2,5
+*ELEMENT, TYPE=SPRING1, ELSET=S1
+3, 3
+*ELEMENT, TYPE=MASS, ELSET=MM
+4, 3
+*ELEMENT, TYPE=T3D2, ELSET=TR
+5, 3,6
+*ELEMENT, TYPE=DASHPOTA, ELSET=NONE
+6, 4,6
+*MATERIAL, NAME=EL
+*ELASTIC
+1e6, 0.3
+*DENSITY
+2.
+*SHELL SECTION, ELSET=SH, MATERIAL=EL
+0.01
+*SPRING, ELSET=SP
+
+10.
+*SPRING, ELSET=S1
+3
+20.
+*MASS, ELSET=MM
+5.
+*SOLID SECTION, ELSET=TR, MATERIAL=EL
+0.001
+*BOUNDARY
+1, 1, 6
+4, 1, 6
+5, 1, 3
+6, 1, 3
+*STEP, NLGEOM
+*STATIC
+*CLOAD
+2, 3, 0.01
+*END STEP
+"""
+        (self.path / "d.inp").write_text(deck)
+        subprocess.run([PROGRAM, "convert", "d.inp"], cwd=self.path, check=True, capture_output=True)
+        text = (self.path / "d.nml").read_text()
+        for group in ("&node name = 'node_5' position = 1.0, .0, 2.0 /",
+                      "&spring type = 'line' stiffness = 10.0 name = 'element_2' node_set = 'node_2' to = 'node_5' /",
+                      "&spring type = 'axis' direction = .0, .0, 1.0 stiffness = 20.0 name = 'element_3' node_set = 'node_3' /",
+                      "&point_mass mass = 5.0 name = 'element_4' node_set = 'node_3' /",
+                      "&bar young = 1.0E+06 area = 1.0E-03 mass_per_length = .002 name = 'element_5' node_set = 'node_3' to = 'node_6' /",
+                      "&support node_set = 'node_6' fixed = 'ux' 'uy' 'uz' /", "d.inp:18: *ELEMENT: there is no *DASHPOT"):
+            self.assertIn(group, text)
+        rows = self.solve(text.replace("&step", "&monitor name = 'f' quantity = 'connector_force' connector = 'element_2' /\n&step"), name="s")
+        self.assertTrue(-0.01 < rows[-1]["f"] < 0)
+
     def test_messages(self):
         node = "&node name = 'n' position = 0, 0, 1 /\n&step /\n&load type = 'force' node_set = 'n' vector = 0, 0, 1 /\n"
         spring = "&spring name = 's' node_set = 'n' "

@@ -2,6 +2,7 @@
 !> expressed is listed, with its line.
 module finshell_deck_conversion
    use finshell_deck, only: data_t, deck_t, read_deck
+   use finshell_deck_connector, only: convert_connectors, is_truss_section
    use finshell_deck_load, only: convert_boundary, convert_distributed_load, convert_nodal_load
    use finshell_deck_material, only: convert_material, convert_section
    use finshell_deck_mesh, only: mesh_of_deck
@@ -33,6 +34,7 @@ contains
       call read_deck(file_name, deck, error)
       if (.not. allocated(error)) call mesh_of_deck(deck, writer%mesh, error)
       if (allocated(error)) return
+      call convert_connectors(deck, writer)
       step = 0
       loaded = 0
       nonlinear = .false.
@@ -51,7 +53,8 @@ contains
          case ('MATERIAL')
             call convert_material(deck, c, last, writer)
             c = last
-         case ('SHELL SECTION', 'MEMBRANE SECTION', 'SOLID SECTION'); call convert_section(deck, c, writer)
+         case ('SHELL SECTION', 'MEMBRANE SECTION', 'SOLID SECTION')
+            if (.not. is_truss_section(deck, c)) call convert_section(deck, c, writer)
          case ('BOUNDARY')
             if (loaded > 0 .and. step > loaded) call writer%miss(deck, c, 'it counts for all steps')
             call convert_boundary(deck, c, writer)
@@ -68,7 +71,8 @@ contains
             nonlinear = deck%cards(c)%has('NLGEOM')
             if (nonlinear) nonlinear = deck%cards(c)%value('NLGEOM') /= 'NO' .and. deck%cards(c)%value('NLGEOM') /= 'no'
          case ('STATIC', 'BUCKLE', 'FREQUENCY', 'DYNAMIC'); call convert_step(deck, c, nonlinear, writer)
-         case ('NODE', 'ELEMENT', 'NSET', 'ELSET', 'SURFACE', 'PART', 'END PART', 'ASSEMBLY', 'END ASSEMBLY', 'INSTANCE', &
+         case ('NODE', 'ELEMENT', 'SPRING', 'DASHPOT', 'MASS', &
+               'NSET', 'ELSET', 'SURFACE', 'PART', 'END PART', 'ASSEMBLY', 'END ASSEMBLY', 'INSTANCE', &
                'END INSTANCE', 'END STEP', 'ORIENTATION')
             continue ! the mesh, or what others refer to
          case ('PREPRINT', 'RESTART', 'OUTPUT', 'NODE OUTPUT', 'ELEMENT OUTPUT', 'ENERGY OUTPUT', 'CONTACT OUTPUT', 'NODE PRINT', &

@@ -68,8 +68,10 @@ contains
       call parse_integer(field, tag, ok)
       if (ok) then
          i = position_in_sorted(self%mesh%node_tags, tag)
-         if (i == 0) return
          name = 'node_'//field
+         if (index(self%sets, "&node name = '"//name//"'") > 0) return
+         if (i == 0) name = ''
+         if (i == 0) return
          if (find_node_set(self%mesh, name) == 0 .and. index(self%sets, "'"//name//"'") == 0) self%sets = self%sets &
             //"&node_set name = '"//name//"' nodes = "//text_of(i)//' /'//lf
          return
