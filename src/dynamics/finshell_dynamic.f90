@@ -37,6 +37,7 @@ module finshell_dynamic
       real(wp), allocatable :: auxiliary(:, :) !< (n_nodal, nodes) finshell_newmark
       real(wp), allocatable :: damping(:, :) !< (n_nodal, nodes) forces of damping
       real(wp), allocatable :: load(:, :) !< (n_nodal, nodes) forces of loads and damping
+      real(wp), allocatable :: reaction(:) !< of moved supports, to inertia too (finshell_ledger)
       logical :: conserves = .false. !< energy and momenta
       real(wp) :: energy = 0 !< when the step began
       real(wp) :: mean_levels(2) = 0
@@ -140,7 +141,9 @@ contains
       problem%state = state
       call problem%accept()
       call problem%evaluate(.false., error)
-      if (.not. allocated(error)) call problem%accept()
+      if (allocated(error)) return
+      call problem%accept()
+      problem%base_entry%reaction = self%reaction
    end subroutine resume
 
    !> What goes from increment to increment beside the state.
@@ -154,6 +157,7 @@ contains
       call memo%carry(self%auxiliary)
       call memo%carry(self%damping)
       call memo%carry(self%load)
+      call memo%carry(self%reaction)
       call memo%carry(self%energy)
       call memo%carry(self%mean_levels(1))
       call memo%carry(self%mean_levels(2))
@@ -215,6 +219,7 @@ contains
          self%motion%landing = step%time%is_output(self%time)
          call fill_record(self, problem, h, result, path, record)
          memo = memo_t()
+         self%reaction = problem%base_entry%reaction
          call carry_course(memo, self)
          path%course = memo%numbers(:memo%at)
          path%underway = .true.
