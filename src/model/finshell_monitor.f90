@@ -23,6 +23,7 @@ module finshell_monitor
       integer :: reduce = reduce_mean
       character(len=:), allocatable :: node_set, element_set !< one of them, as the quantity needs
       real(wp) :: factor = 1 !< multiplies the value, e.g. -1 for a downward displacement
+      real(wp), allocatable :: point(:) !< (3) about which moments are taken; unallocated: the quantity's own choice
    end type monitor_t
 
    type :: output_t

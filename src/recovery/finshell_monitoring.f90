@@ -1,7 +1,8 @@
 !> Values of monitored quantities and result fields at an equilibrium state.
 module finshell_monitoring
    use finshell_kinds, only: wp, i4
-   use finshell_freedoms, only: rx, rz
+   use finshell_cut, only: cut_t, new_cut
+   use finshell_freedoms, only: rx, rz, ux, uz
    use finshell_discretisation, only: evaluate_gathered, gather_elements, gathered_t
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error_indicator, only: estimate_error, indicator_t
@@ -11,8 +12,9 @@ module finshell_monitoring
    use finshell_monitor, only: monitor_t, output_t, wanted_fields, reduce_mean, reduce_sum, reduce_max, reduce_min
    use finshell_node_fields, only: node_field_t, node_fields, node_results_t, n_node_fields
    use finshell_recovery, only: recovery_t, recover, recovered
-   use finshell_result_fields, only: result_field_t, result_fields, place_name, error_entry, on_nodes, &
-      on_elements
+   use finshell_result_fields, only: result_field_t, result_fields, place_name, error_entry, on_nodes, on_elements, on_cut
+   use finshell_rotation, only: cross_product
+   use finshell_section_force, only: section_resultant
    use finshell_volume, only: volume_behind
    use finshell_state, only: state_t, moved_state, linear_change_t, small_part
    implicit none
@@ -26,6 +28,8 @@ module finshell_monitoring
       integer :: component = 1, place = 1, reduce = reduce_mean
       real(wp) :: factor = 1
       integer, allocatable :: nodes(:), elements(:)
+      real(wp), allocatable :: point(:) !< (3) reactions: moments of forces about it count
+      type(cut_t) :: cut
    end type watch_t
 
 contains
@@ -45,6 +49,11 @@ contains
       watch%place = monitor%place
       watch%reduce = monitor%reduce
       watch%factor = monitor%factor
+      if (watch%field%on == on_cut) then
+         call new_cut(watch%cut, mesh, monitor%element_set, monitor%node_set, monitor%point)
+         return
+      end if
+      if (allocated(monitor%point)) watch%point = monitor%point
       if (allocated(monitor%node_set)) watch%nodes = mesh%node_sets(find_node_set(mesh, monitor%node_set))%members
       if (allocated(monitor%element_set)) then
          watch%elements = mesh%element_sets(find_element_set(mesh, monitor%element_set))%members
@@ -71,6 +80,7 @@ contains
       type(indicator_t) :: indicator
       type(node_field_t) :: nodal(n_node_fields)
       real(wp), allocatable :: one(:, :)
+      real(wp) :: resultant(rz)
       integer :: i, k
 
       if (.not. present(recovery)) then
@@ -88,7 +98,11 @@ contains
             select case (w%field%on)
             case (on_nodes)
                one = reshape([(nodal(w%field%entry)%recover(results, w%nodes(k)), k=1, size(w%nodes))], [3, size(w%nodes)])
+               if (allocated(w%point)) one = one + arms(w)
                values(i) = reduced(one(w%component, :), w%reduce)
+            case (on_cut)
+               resultant = section_resultant(problem, state, w%cut, change)
+               values(i) = resultant(w%component + merge(rx - ux, 0, w%field%name == 'section_moment'))
             case (on_elements)
                associate (field => recovery%fields(recovered(recovery, w%field%entry)), list => recovery%place(w%elements))
                   missing(i) = any(field%missing(w%place, list))
@@ -108,6 +122,20 @@ contains
             values(i) = w%factor*values(i)
          end associate
       end do
+
+   contains
+
+      !> Moments of the reactions of the nodes about the point of a watch. Of a linear change the arms are those of the state.
+      function arms(w) result(moments)
+         type(watch_t), intent(in) :: w
+         real(wp) :: moments(3, size(w%nodes)), place(3)
+         integer :: n
+         do n = 1, size(w%nodes)
+            place = problem%structure%mesh%coordinates(:, w%nodes(n)) + problem%state%displacement(:, w%nodes(n))
+            moments(:, n) = cross_product(place - w%point, results%internal_force(ux:uz, w%nodes(n)) &
+                                          - results%external_force(ux:uz, w%nodes(n)))
+         end do
+      end function arms
    end subroutine monitored_values
 
    !> A quantity of the whole structure in motion, 0 if it is none.

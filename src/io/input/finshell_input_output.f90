@@ -1,6 +1,7 @@
 !> The groups &monitor and &output of an input file.
 module finshell_input_output
    use finshell_kinds, only: wp
+   use finshell_cut, only: cut_nodes
    use finshell_error, only: error_t
    use finshell_field, only: motion_columns
    use finshell_mesh, only: mesh_t
@@ -8,8 +9,9 @@ module finshell_input_output
       restart_none
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
    use finshell_input_preset, only: preset_t
-   use finshell_input_common, only: get_set, get_component, position_of, check_name, kind_node, kind_element
-   use finshell_result_fields, only: result_field_t, result_fields, find_field, field_names, on_nodes, on_elements, on_structure
+   use finshell_input_common, only: get_set, get_component, get_vector, position_of, check_name, kind_node, kind_element
+   use finshell_result_fields, only: result_field_t, result_fields, find_field, field_names, on_cut, on_nodes, on_elements, &
+      on_structure
    use finshell_section, only: section_t
    implicit none
    private
@@ -60,12 +62,45 @@ contains
             end if
             call read_place(group, field, sections, monitor, error)
          end select
+         if (field%on == on_cut) call read_cut(group, mesh, monitor, error)
+         if (quantity == 'reaction_moment' .or. quantity == 'section_moment') call read_point(group, monitor, error)
          if (field%components /= '') call get_component(group, trim(field%components), monitor%component, error, required=.true.)
          monitor%reduce = merge(reduce_sum, reduce_mean, field%adds_up)
-         if (field%on /= on_structure) call read_choice(group, 'reduce', reduce_names, monitor%reduce, error)
+         if (any(field%on == [on_nodes, on_elements]) .and. .not. allocated(monitor%point)) &
+            call read_choice(group, 'reduce', reduce_names, monitor%reduce, error)
       end associate
       call check_all_used(group, error)
    end subroutine read_monitor
+
+   !> The elements on one side of a cut, and the nodes of the cut where these are not all that they share with others.
+   subroutine read_cut(group, mesh, monitor, error)
+      type(group_t), intent(inout) :: group
+      type(mesh_t), intent(in) :: mesh
+      type(monitor_t), intent(inout) :: monitor
+      type(error_t), allocatable, intent(inout) :: error
+      call get_set(group, kind_element, mesh, monitor%element_set, error)
+      if (has(group, 'node_set')) call get_set(group, kind_node, mesh, monitor%node_set, error)
+      if (allocated(error)) return
+      if (any(cut_nodes(mesh, monitor%element_set, monitor%node_set))) return
+      if (allocated(monitor%node_set)) then
+         call complain_about(group, 'node_set', "no node of the set '"//monitor%node_set//"' is one of the element set '" &
+                             //monitor%element_set//"'", error)
+      else
+         call complain_about(group, 'element_set', "no other elements touch those of the set '"//monitor%element_set &
+                             //"': the elements on one side of a cut are expected, or with node_set the nodes of the cut", error)
+      end if
+   end subroutine read_cut
+
+   !> The point about which moments are taken.
+   subroutine read_point(group, monitor, error)
+      type(group_t), intent(inout) :: group
+      type(monitor_t), intent(inout) :: monitor
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp) :: point(3)
+      if (.not. has(group, 'point')) return
+      call get_vector(group, 'point', point, error)
+      monitor%point = point
+   end subroutine read_point
 
    !> The place in the element of a field that has several.
    subroutine read_place(group, field, sections, monitor, error)
