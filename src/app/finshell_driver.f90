@@ -13,6 +13,7 @@ module finshell_driver
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, raise, text_of
    use finshell_input, only: input_t, read_input
+   use finshell_iteration_log, only: iteration_log_t
    use finshell_mesh_report, only: report_mesh
    use finshell_monitor, only: restart_none
    use finshell_monitoring, only: slack_share
@@ -76,6 +77,7 @@ contains
       type(equilibrium_t), target :: problem
       type(path_t), target :: path
       type(reporter_t), target :: reporter
+      type(iteration_log_t), target :: log
       type(resume_t) :: resume
       type(speaker_t) :: speaker
       type(bisection_t) :: bisection
@@ -163,6 +165,10 @@ contains
       if (speaks) call reporter%checkpoint%attach(problem, path, input%output%restart, new_head(options, input))
       reporter%checkpoint%step = first
       if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
+      if (speaks .and. .not. allocated(error) .and. (input%output%verbose .or. options%verbose)) then
+         call log%open(options%folder//input%name//'.iterations.log', options%quiet, reporter%continues, error)
+         problem%listener => log
+      end if
       call agree(options%team, error)
       if (complain(error, speaks)) return
       call speaker%take(reporter, options%team)
@@ -170,6 +176,8 @@ contains
       if (allocated(input%accuracy) .and. .not. allocated(error)) &
          call adapt(options, bisection, input, problem, path, reporter, speaker, error)
       if (speaks) call reporter%finish(problem%state, late)
+      nullify (problem%listener)
+      call log%close()
       if (.not. allocated(error) .and. allocated(late)) call move_alloc(late, error)
       if (allocated(options%rung) .and. allocated(reporter%final)) call write_rung(options%folder//options%rung//'.rung', &
          size(input%structure%mesh%coordinates, 2), size(input%structure%mesh%triangles, 2), problem%n, path%iterations, &

@@ -22,6 +22,7 @@ contains
       type(monitor_t) :: monitor
       integer :: k
       input%output%fields = .false.
+      input%output%verbose = .false.
       input%output%restart = restart_none
       if (size(input%monitors) > 0) return
       monitor%quantity = find_field('displacement')

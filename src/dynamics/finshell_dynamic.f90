@@ -245,7 +245,10 @@ contains
          call problem%move(x, factor - base%load_factor)
          call support_rates(problem%equations, problem%state, rates, inertia%held_velocity, inertia%held_acceleration)
       end associate
+      if (associated(problem%listener)) call problem%say('Increment in time of '//text_of(real(h, dp))//' to time ' &
+                                                         //text_of(real(end_time, dp)))
       call solve_increment(problem, constraint_t(target=factor), step%convergence, self%mean_levels, result)
+      if (.not. result%converged) call problem%say('     failed: '//result%reason)
    end subroutine attempt
 
    !> The estimated error of a converged increment.

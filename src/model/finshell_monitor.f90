@@ -33,6 +33,7 @@ module finshell_monitor
       integer :: restart = restart_last !< keep what a restart needs
       integer :: compress = 1 !< level of zlib for the result file, 0 to 9
       logical :: single = .false. !< fields of the result file in single precision
+      logical :: verbose = .false. !< a log of iterations
    end type output_t
 
 contains

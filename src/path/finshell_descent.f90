@@ -106,6 +106,7 @@ contains
          result%correction = correction_ratio(course%part*course%x, increment, problem%field, problem%size, problem%detail)
          result%residual = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], &
                                           mean_levels, problem%size, problem%detail)
+         call problem%tell('descent', result%iterations, mean_levels, course%scaling, result%correction, course%stride, course%part)
          if (a > 0 .or. course%part < 1) then
             result%regularised = result%regularised + 1
          else if (result%residual <= settings%residual .and. result%correction <= settings%correction) then
@@ -189,6 +190,8 @@ contains
          result%correction = correction_ratio(x, increment, problem%field, problem%size, problem%detail)
          result%residual = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], &
                                           mean_levels, problem%size, problem%detail)
+         call problem%tell('leaning', result%iterations, mean_levels, scaling, result%correction, &
+                           problem%largest_rotation(x, change, scaling), 1.0_wp)
          result%converged = result%residual <= closer*settings%residual .and. result%correction <= settings%correction
          if (result%converged) return
          if (.not. result%residual < before) exit

@@ -14,6 +14,7 @@ module finshell_path
    use finshell_problem, only: problem_t
    use finshell_step, only: step_t, control_load, control_arc_length, control_volume, &
       snap_mark, snap_refuse, constant_ramp
+   use finshell_attempt_text, only: announce_attempt, announce_outcome
    use finshell_control, only: arc_norm, control_vector
    use finshell_newton, only: newton_result_t
    use finshell_next_size, only: adapt, fall_back
@@ -191,7 +192,9 @@ contains
                              slenderness=problem%slenderness, soft=problem%soft, constant=step%scaling == by_constant_factor, &
                              laboured=fading*self%laboured + 1, crumples=problem%crumples)
          do
+            call announce_attempt(problem, step, attempt, self%increments + 1, cuts)
             call self%try(problem, step, targets, attempt, result)
+            call announce_outcome(problem, result)
             record%iterations = record%iterations + result%iterations
             record%steps = record%steps + result%steps
             spent = spent .or. result%spent
@@ -216,6 +219,7 @@ contains
                result%converged = .false.
                result%code = status_not_converged
                result%reason = complaint
+               call announce_outcome(problem, result)
             else if (self%may_start_softly(problem, step, result, cuts, attempt)) then
                call problem%restore()
                attempt%softly = .true.

@@ -148,6 +148,7 @@ contains
       call get(group, 'restart', restart, error, default='last', choices='last, every, none')
       call get(group, 'compress', output%compress, error, default=output%compress, minimum=0, maximum=9)
       call get(group, 'precision', precision, error, default='', choices='double, single')
+      call get(group, 'verbose', output%verbose, error, default=.false.)
       call check_all_used(group, error)
       if (allocated(error)) return
       if (has(group, 'precision')) preset%single = .false.
