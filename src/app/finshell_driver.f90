@@ -152,7 +152,7 @@ contains
       reporter%cases = input%cases
       reporter%duration = sum(input%steps%time%duration)
       if (allocated(input%accuracy)) reporter%mesh = 1
-      if (allocated(input%accuracy)) input%output%restart = restart_none
+      if (allocated(input%accuracy)) input%outputs(1)%restart = restart_none
       first = 1
       if (allocated(resume%numbers)) then
          call restore(resume%numbers, problem, path, first, error)
@@ -162,10 +162,10 @@ contains
          if (.not. options%quiet) write (output_unit, '(a)') 'Goes on after increment '//text_of(resume%increment)//' of ' &
             //resume%base
       end if
-      if (speaks) call reporter%checkpoint%attach(problem, path, input%output%restart, new_head(options, input))
+      if (speaks) call reporter%checkpoint%attach(problem, path, input%outputs(1)%restart, new_head(options, input))
       reporter%checkpoint%step = first
-      if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
-      if (speaks .and. .not. allocated(error) .and. (input%output%verbose .or. options%verbose)) then
+      if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%outputs, levels, error)
+      if (speaks .and. .not. allocated(error) .and. (input%outputs(1)%verbose .or. options%verbose)) then
          call log%open(options%folder//input%name//'.iterations.log', options%quiet, reporter%continues, error)
          problem%listener => log
       end if
@@ -278,6 +278,6 @@ contains
             ' values, written as NaN: the law ends before the surface, or there is no such layer or fibre (doc/namelist.md).'
       end do
       write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &
-         //merge(', .vtkhdf, .xdmf', '                ', input%output%fields)
+         //merge(', .vtkhdf, .xdmf', '                ', input%outputs(1)%fields)
    end subroutine print_summary
 end module finshell_driver

@@ -301,26 +301,32 @@ contains
    end function slack_share
 
    !> Nodal result fields.
-   function point_fields(problem, state, output, change) result(fields)
+   function point_fields(problem, state, output, change, nodes) result(fields)
       type(equilibrium_t), intent(in), target :: problem
       type(state_t), intent(in), target :: state
       type(output_t), intent(in) :: output
       type(linear_change_t), intent(in), optional, target :: change
+      integer, intent(in), optional :: nodes(:) !< of these alone
       type(field_t), allocatable :: fields(:)
       type(node_results_t) :: results
       type(node_field_t) :: table(n_node_fields)
-      real(wp), allocatable :: values(:, :)
       integer, allocatable :: entries(:)
-      integer :: i, k
+      integer :: i, k, node, number
       table = node_fields()
       call new_node_results(problem, state, results, change)
       entries = wanted_entries(output, on_nodes)
-      allocate (fields(0), values(3, size(state%displacement, 2)))
+      allocate (fields(size(entries)))
+      number = size(state%displacement, 2)
+      if (present(nodes)) number = size(nodes)
       do i = 1, size(entries)
-         do k = 1, size(values, 2)
-            values(:, k) = table(entries(i))%recover(results, k)
+         fields(i)%name = trim(table(entries(i))%name)
+         fields(i)%components = 3
+         allocate (fields(i)%values(3, number))
+         do k = 1, number
+            node = k
+            if (present(nodes)) node = nodes(k)
+            fields(i)%values(:, k) = table(entries(i))%recover(results, node)
          end do
-         fields = [fields, field_t(trim(table(entries(i))%name), 3, values)]
       end do
    end function point_fields
 
@@ -331,26 +337,37 @@ contains
       entries = wanted_entries(output, on_elements)
    end function cell_entries
 
-   !> Element result fields, from the recovery of all elements: one for each place.
-   function cell_fields(output, recovery) result(fields)
+   !> Element result fields, one for each place: of all elements, in whose order they were recovered, or of some that were.
+   function cell_fields(output, recovery, elements) result(fields)
       type(output_t), intent(in) :: output
       type(recovery_t), intent(in) :: recovery
+      integer, intent(in), optional :: elements(:)
       type(field_t), allocatable :: fields(:)
       type(element_field_t) :: table(n_element_fields)
       integer, allocatable :: entries(:)
-      integer :: i, p
+      integer :: i, n, p
       table = element_fields()
       entries = cell_entries(output)
-      allocate (fields(0))
+      allocate (fields(sum([(size(recovery%fields(recovered(recovery, entries(i)))%values, 2), i=1, size(entries))])))
+      n = 0
       do i = 1, size(entries)
          associate (made => recovery%fields(recovered(recovery, entries(i))))
-            if (entries(i) == error_entry) then
-               fields = [fields, field_t('error', 1, (made%values(:, 1, :)), (made%missing(1, :)))]
-               cycle
-            end if
             do p = 1, size(made%values, 2)
-               fields = [fields, field_t(place_name(table(entries(i)), p), table(entries(i))%number, (made%values(:, p, :)), &
-                                         (made%missing(p, :)))]
+               n = n + 1
+               if (entries(i) == error_entry) then
+                  fields(n)%name = 'error'
+                  fields(n)%components = 1
+               else
+                  fields(n)%name = place_name(table(entries(i)), p)
+                  fields(n)%components = table(entries(i))%number
+               end if
+               if (present(elements)) then
+                  fields(n)%values = made%values(:, p, recovery%place(elements))
+                  fields(n)%missing = made%missing(p, recovery%place(elements))
+               else
+                  fields(n)%values = made%values(:, p, :)
+                  fields(n)%missing = made%missing(p, :)
+               end if
             end do
          end associate
       end do

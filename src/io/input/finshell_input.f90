@@ -26,7 +26,8 @@ module finshell_input
    use finshell_input_load, only: read_load
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
-   use finshell_input_output, only: read_monitor, read_output
+   use finshell_input_monitor, only: read_monitor
+   use finshell_input_output, only: read_outputs
    implicit none
    private
    public :: input_t, read_input, parse_input, group_names
@@ -49,7 +50,7 @@ module finshell_input
       integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
       real(wp), allocatable :: velocity(:, :) !< (n_nodal, nodes) and spins at the beginning of the first step in time
       type(monitor_t), allocatable :: monitors(:)
-      type(output_t) :: output
+      type(output_t), allocatable :: outputs(:) !< result files; of the first one all keys count
       type(accuracy_t), allocatable :: accuracy !< unallocated: the mesh stays as it is
       type(normals_choice_t) :: normals
    end type input_t
@@ -146,7 +147,7 @@ contains
       type(namelist_t), intent(in) :: namelist
       type(error_t), allocatable, intent(inout) :: error
       character(len=8), parameter :: needed(4) = [character(len=8) :: 'mesh', 'material', 'section', 'step']
-      character(len=8), parameter :: single(4) = [character(len=8) :: 'job', 'mesh', 'output', 'accuracy']
+      character(len=8), parameter :: single(3) = [character(len=8) :: 'job', 'mesh', 'accuracy']
       integer :: i, k, first
 
       if (allocated(error)) return
@@ -300,18 +301,13 @@ contains
             return
          end do
       end do
-      do i = 1, size(namelist%groups)
-         if (namelist%groups(i)%name == 'output') call read_output(namelist%groups(i), input%preset, input%output, error)
-      end do
+      call read_outputs(namelist, input%structure%mesh, input%steps, input%preset, input%outputs, error)
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'accuracy' .or. allocated(error)) cycle
          allocate (input%accuracy)
          call read_accuracy(namelist%groups(i), input%structure, input%load_lines, input%steps, input%monitors, input%accuracy, &
                             error)
       end do
-      if (.not. (input%preset%single .and. input%output%fields)) return
-      input%output%single = .true.
-      call input%preset%note('precision', "'single'")
    end subroutine translate_output
 
    !> 'folder/' of 'folder/file', '' of 'file'.
