@@ -164,7 +164,8 @@ contains
       end if
       if (speaks) call reporter%checkpoint%attach(problem, path, input%outputs(1)%restart, new_head(options, input))
       reporter%checkpoint%step = first
-      if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%outputs, levels, error)
+      if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%outputs, &
+                                     input%probes, levels, error)
       if (speaks .and. .not. allocated(error) .and. (input%outputs(1)%verbose .or. options%verbose)) then
          call log%open(options%folder//input%name//'.iterations.log', options%quiet, reporter%continues, error)
          problem%listener => log

@@ -9,53 +9,45 @@ module finshell_reporter
    use finshell_gaps, only: count_gaps, gap_t
    use finshell_increment_lines, only: show_record
    use finshell_factor, only: factor_at
-   use finshell_field, only: increment_t, monitor_value, name_t
+   use finshell_field, only: increment_t, monitor_value
    use finshell_history, only: history_file_t
-   use finshell_mode_table, only: mode_table_t
    use finshell_monitor, only: monitor_t, output_t
-   use finshell_monitoring, only: watch_t, new_watch, monitored_values, watched_elements, watched_entries
+   use finshell_monitoring, only: watched_entries
    use finshell_observer, only: record_t
-   use finshell_recovery, only: recovery_t, recover
-   use finshell_report_rules, only: motion_values, row_of
-   use finshell_result_part, only: result_part_t
+   use finshell_recovery, only: recovery_t
+   use finshell_probe, only: probe_t
+   use finshell_probe_file, only: probe_file_t
+   use finshell_report_rules, only: row_of
    use finshell_result_fields, only: error_entry, find_field
    use finshell_state, only: state_t, linear_change_t
    use finshell_status, only: status_io_error
-   use finshell_tally, only: tally_t
+   use finshell_table_file, only: mode_header, table_file_t
    use finshell_step, only: control_frequencies, control_linear, is_in_time, is_mode, leaves_state, step_t
+   use finshell_watching, only: watching_t
    implicit none
    private
    public :: reporter_t
 
-   type, extends(tally_t) :: reporter_t
-      type(equilibrium_t), pointer :: problem => null()
-      type(monitor_t), allocatable :: monitors(:)
-      type(watch_t), allocatable :: watches(:)
-      type(result_part_t), allocatable :: parts(:) !< the result files
+   type, extends(watching_t) :: reporter_t
       real(wp), allocatable :: levels(:) !< load factors at which fields are written in any case
       type(history_file_t) :: history
-      type(mode_table_t) :: modes
+      type(table_file_t) :: modes
+      type(probe_file_t), allocatable :: probes(:)
       type(lock_t) :: lock
-      character(len=:), allocatable :: base_name !< of all files
       logical :: quiet = .false.
       logical :: estimates = .false. !< of errors are asked for: fields or monitors
       real(wp) :: relative_error = -1 !< of the mesh, estimated, at the end; negative: not known
       logical :: stands_in = .false. !< arc-length stands in for the control of the step
       type(record_t) :: last
-      integer, allocatable :: watched_elements(:) !< those that have to be recovered for the monitors
-      integer, allocatable :: watched_entries(:) !< element fields of the monitors
       real(wp) :: before(2) = 0 !< load factor and time at the increment before
       type(gap_t), allocatable :: gaps(:) !< monitors and fields with missing values
       !> Monitors and load factor of the last increment, of the first mode of a buckling step; NaN where they are missing.
       real(wp), allocatable :: final(:)
       logical :: fresh = .true. !< a step begins
-      type(name_t), allocatable :: cases(:) !< of loads and supports, whose factors are columns of the history
-      real(wp) :: duration = 0 !< of all steps in time; 0: there are none
       logical :: at_landings = .false. !< in this step fields are written at the times that it asks for, and at no others
       type(checkpoint_t) :: checkpoint
       integer :: continued = 0 !< the increment after which a run goes on
       logical :: continues = .false. !< the files of that run
-      integer :: mesh = 0 !< number of the present one where there are several (a column of the history)
       type(linear_change_t), allocatable :: change !< of the last linear step
    contains
       procedure :: open => open_reports
@@ -66,8 +58,7 @@ module finshell_reporter
       procedure, private :: create_files
       procedure, private :: continue_files
       procedure, private :: create_results
-      procedure, private :: look_up
-      procedure, private :: evaluate
+      procedure, private :: begin_probes
       procedure, private :: write_fields
    end type reporter_t
 
@@ -75,12 +66,13 @@ contains
 
    !> Create the files NAME.history.csv, NAME.vtkhdf and NAME.xdmf; the result file starts with the unloaded state. Until all are
    !> there, older files of these names stay as they are.
-   subroutine open_reports(self, base_name, input_text, problem, monitors, outputs, levels, error)
+   subroutine open_reports(self, base_name, input_text, problem, monitors, outputs, probes, levels, error)
       class(reporter_t), intent(inout) :: self
       character(len=*), intent(in) :: base_name, input_text
       type(equilibrium_t), intent(in), target :: problem
       type(monitor_t), intent(in) :: monitors(:)
       type(output_t), intent(in) :: outputs(:) !< the result files; of the first one the other keys count
+      type(probe_t), intent(in) :: probes(:)
       real(wp), intent(in) :: levels(:)
       type(error_t), allocatable, intent(out) :: error
       character(len=:), allocatable :: reason
@@ -90,10 +82,12 @@ contains
       self%problem => problem
       self%monitors = monitors
       self%levels = levels
-      allocate (self%parts(size(outputs)))
+      allocate (self%parts(size(outputs)), self%probes(size(probes)))
+      self%probes%probe = probes
       do i = 1, size(outputs)
          self%parts(i)%output = outputs(i)
       end do
+      self%modes%header = mode_header
       call self%look_up()
       self%estimates = any(self%watched_entries == error_entry) .or. any(monitors%quantity == find_field('relative_error'))
       do i = 1, size(outputs)
@@ -121,6 +115,7 @@ contains
          if (.not. allocated(error) .and. outputs(i)%fields) call self%parts(i)%file%publish(error)
       end do
       if (.not. (allocated(error) .or. self%continues)) call self%checkpoint%start(base_name//'.restart', error)
+      if (.not. allocated(error)) call self%begin_probes(error)
       if (.not. allocated(error)) return
       call self%history%close()
       call remove_in_system(base_name//'~.history.csv')
@@ -142,8 +137,11 @@ contains
       do i = 1, size(self%parts)
          call self%parts(i)%check(error)
       end do
+      do i = 1, size(self%probes)
+         if (.not. allocated(error)) call check_replaceable(self%base_name//'.'//self%probes(i)%probe%name//'.csv', error)
+      end do
       if (allocated(error)) return
-      call self%history%create(self%base_name//'~.history.csv', column_names(self), error, self%duration > 0)
+      call self%history%create(self%base_name//'~.history.csv', self%column_names(), error, self%duration > 0)
       if (.not. allocated(error)) call self%create_results(input_text, error)
    end subroutine create_files
 
@@ -152,7 +150,7 @@ contains
       class(reporter_t), intent(inout) :: self
       character(len=*), intent(in) :: input_text
       type(error_t), allocatable, intent(out) :: error
-      call self%history%open_for_restart(self%base_name//'.history.csv', self%base_name//'~.history.csv', column_names(self), &
+      call self%history%open_for_restart(self%base_name//'.history.csv', self%base_name//'~.history.csv', self%column_names(), &
                                          self%continued, error, self%duration > 0)
       if (allocated(error)) return
       call self%create_results(input_text, error)
@@ -178,45 +176,30 @@ contains
       do i = 1, size(self%parts)
          associate (part => self%parts(i))
             if (part%due .and. self%continues) then
-               call part%go_on(input_text, self%problem, recovery, column_names(self), self%duration, self%continued, exists, error)
+               call part%go_on(input_text, self%problem, recovery, self%column_names(), self%duration, &
+                               self%continued, exists, error)
                part%due = .not. exists
             end if
             if (part%due .and. .not. allocated(error)) &
-               call part%create(input_text, self%problem, recovery, column_names(self), self%duration, error)
+               call part%create(input_text, self%problem, recovery, self%column_names(), self%duration, error)
          end associate
          if (allocated(error)) return
       end do
       call self%write_fields(self%problem%state, row, recovery, error)
    end subroutine create_results
 
-   !> Names of the monitors as columns, and that of the mesh where there are several.
-   pure function column_names(self) result(names)
-      class(reporter_t), intent(in) :: self
-      type(name_t), allocatable :: names(:)
-      integer :: i
-      allocate (names(size(self%monitors)))
-      do i = 1, size(names)
-         names(i)%text = self%monitors(i)%name
-      end do
-      if (allocated(self%cases)) names = [names, (name_t('factor_'//self%cases(i)%text), i=1, size(self%cases))]
-      if (self%mesh > 0) names = [names, name_t('mesh')]
-   end function column_names
-
-   !> Look up what the monitors watch in the mesh, and what parts of it have files.
-   subroutine look_up(self)
+   !> Files of the probes: the present state, or those of an earlier run.
+   subroutine begin_probes(self, error)
       class(reporter_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+      type(increment_t) :: row
       integer :: i
-      if (allocated(self%watches)) deallocate (self%watches)
-      allocate (self%watches(size(self%monitors)))
-      do i = 1, size(self%monitors)
-         call new_watch(self%watches(i), self%monitors(i), self%problem%structure%mesh)
+      row = row_of(record_t(increment=self%continued, load_factor=self%problem%state%load_factor))
+      if (self%duration > 0) row%motion = [self%problem%state%time]
+      do i = 1, size(self%probes)
+         if (.not. allocated(error)) call self%probes(i)%begin(self%base_name, self%problem, row, self%continues, error)
       end do
-      self%watched_elements = watched_elements(self%watches, size(self%problem%structure%mesh%triangles, 2))
-      self%watched_entries = watched_entries(self%watches)
-      do i = 1, size(self%parts)
-         call self%parts(i)%lay_out(self%base_name, self%problem%structure%mesh)
-      end do
-   end subroutine look_up
+   end subroutine begin_probes
 
    !> Go on with another mesh, which the problem has already, unloaded: the result file begins anew, the history goes on.
    subroutine change_mesh(self, input_text, error)
@@ -234,6 +217,7 @@ contains
       do i = 1, size(self%parts)
          if (.not. allocated(error) .and. self%parts(i)%output%fields) call self%parts(i)%file%publish(error)
       end do
+      if (.not. allocated(error)) call self%begin_probes(error)
    end subroutine change_mesh
 
    subroutine begin_step(self, step, number)
@@ -278,7 +262,7 @@ contains
       if (record%control == control_frequencies) then
          associate (v => record%vibration)
             call self%modes%append(self%base_name//'.modes.csv', record%increment, &
-                                   [v%frequency, v%generalised_mass, v%effective_mass, v%whole_mass], error)
+                                   reshape([v%frequency, v%generalised_mass, v%effective_mass, v%whole_mass], [6, 1]), error)
          end associate
       end if
       if (allocated(error)) return
@@ -290,6 +274,10 @@ contains
       self%last = record
       if (present(change)) self%change = change
       call self%write_fields(state, row, recovery, error, change)
+      do i = 1, size(self%probes)
+         if (.not. allocated(error)) &
+            call self%probes(i)%append(self%problem, state, row, leaves_state(record%control), error, change)
+      end do
       if (.not. allocated(error) .and. .not. leaves_state(record%control)) &
          call self%checkpoint%note(any(self%parts%due) .or. .not. any(self%parts%output%fields), is_in_time(record%control), error)
    end subroutine increment
@@ -308,9 +296,13 @@ contains
          self%parts(i)%due = self%parts(i)%output%fields .and. self%last%increment > self%parts(i)%last_written &
             .and. self%parts(i)%last_written >= 0
       end do
-      if (any(self%parts%due)) then
+      if (any(self%parts%due) .or. any(self%probes%last_written < self%last%increment)) then
          call self%evaluate(state, self%last, row, recovery)
          call self%write_fields(state, row, recovery, error)
+         do i = 1, size(self%probes)
+            if (.not. allocated(error) .and. self%probes(i)%last_written < self%last%increment) &
+               call self%probes(i)%append(self%problem, state, row, .true., error)
+         end do
       end if
       if (self%mesh == 0 .and. self%last%increment > 0 .and. .not. leaves_state(self%last%control) &
           .and. .not. is_in_time(self%last%control)) then
@@ -326,57 +318,6 @@ contains
       if (allocated(ignored) .and. .not. allocated(error)) call move_alloc(ignored, error)
       call self%lock%release(self%base_name//'.lock')
    end subroutine finish
-
-   !> The row of an increment, and its recovered results: of what is watched, and of the files that are due.
-   subroutine evaluate(self, state, record, row, recovery, change)
-      class(reporter_t), intent(inout) :: self
-      type(state_t), intent(in) :: state
-      type(record_t), intent(in) :: record
-      type(increment_t), intent(out) :: row
-      type(recovery_t), intent(out) :: recovery
-      type(linear_change_t), intent(in), optional, target :: change
-      integer, allocatable :: elements(:), entries(:)
-      integer :: i
-
-      call wanted_results(self, elements, entries)
-      if (size(entries) > 0) call recover(self%problem, state, elements, entries, recovery, change)
-      row = row_of(record)
-      allocate (row%monitors(size(self%watches)), row%missing(size(self%watches)))
-      if (self%duration > 0) row%motion = motion_values(self%problem, state, record)
-      call monitored_values(self%problem, state, self%watches, row%monitors, row%missing, recovery, change, row%motion)
-      if (allocated(self%cases)) then
-         row%monitors = [row%monitors, (factor_at(state, self%problem%factor_of_case(1 + i)), i=1, size(self%cases))]
-         row%missing = [row%missing, (.false., i=1, size(self%cases))]
-      end if
-      if (self%mesh == 0) return
-      row%monitors = [row%monitors, real(self%mesh, wp)]
-      row%missing = [row%missing, .false.]
-   end subroutine evaluate
-
-   !> Elements and entries to recover.
-   subroutine wanted_results(self, elements, entries)
-      class(reporter_t), intent(in) :: self
-      integer, allocatable, intent(out) :: elements(:), entries(:)
-      logical :: needed(size(self%problem%structure%mesh%triangles, 2)), wanted(error_entry)
-      integer :: i
-      needed = .false.
-      wanted = .false.
-      needed(self%watched_elements) = .true.
-      wanted(self%watched_entries) = .true.
-      do i = 1, size(self%parts)
-         associate (part => self%parts(i))
-            if (.not. part%due .or. size(part%entries) == 0) cycle
-            wanted(part%entries) = .true.
-            if (allocated(part%elements)) then
-               needed(part%elements) = .true.
-            else
-               needed = .true.
-            end if
-         end associate
-      end do
-      elements = pack([(i, i=1, size(needed))], needed)
-      entries = pack([(i, i=1, size(wanted))], wanted)
-   end subroutine wanted_results
 
    !> Write what is due.
    subroutine write_fields(self, state, row, recovery, error, change)

@@ -23,6 +23,8 @@ contains
       integer :: k
       input%outputs%fields = .false.
       input%outputs%verbose = .false.
+      deallocate (input%probes)
+      allocate (input%probes(0))
       input%outputs%restart = restart_none
       if (size(input%monitors) > 0) return
       monitor%quantity = find_field('displacement')

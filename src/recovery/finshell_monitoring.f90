@@ -20,7 +20,7 @@ module finshell_monitoring
    implicit none
    private
    public :: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, cell_fields, cell_entries, &
-      slack_share, stored_energy
+      new_node_results, slack_share, stored_energy
 
    !> A monitor with its field, its nodes or its elements looked up.
    type :: watch_t

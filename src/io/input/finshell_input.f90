@@ -28,12 +28,13 @@ module finshell_input
    use finshell_input_way, only: check_ways
    use finshell_input_monitor, only: read_monitor
    use finshell_input_output, only: read_outputs
+   use finshell_input_probe, only: probe_t, read_probes
    implicit none
    private
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node_set, element_set, material, section, support, load, step, initial_velocity, monitor, output, accuracy'
+      'job, mesh, node_set, element_set, material, section, support, load, step, initial_velocity, monitor, probe, output, accuracy'
 
    !> All that an input file says.
    type :: input_t
@@ -50,6 +51,7 @@ module finshell_input
       integer, allocatable :: load_lines(:), step_lines(:) !< where the loads and the steps stand in the file
       real(wp), allocatable :: velocity(:, :) !< (n_nodal, nodes) and spins at the beginning of the first step in time
       type(monitor_t), allocatable :: monitors(:)
+      type(probe_t), allocatable :: probes(:)
       type(output_t), allocatable :: outputs(:) !< result files; of the first one all keys count
       type(accuracy_t), allocatable :: accuracy !< unallocated: the mesh stays as it is
       type(normals_choice_t) :: normals
@@ -301,6 +303,7 @@ contains
             return
          end do
       end do
+      call read_probes(namelist, input%structure%mesh, input%probes, error)
       call read_outputs(namelist, input%structure%mesh, input%steps, input%preset, input%outputs, error)
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'accuracy' .or. allocated(error)) cycle
