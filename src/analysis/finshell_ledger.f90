@@ -80,7 +80,9 @@ contains
       after = [(factor_at(state, i), i=1, loads%factors)]
       value%level = to%energy
       value%energy = to%energy - from%energy
-      value%work = dot_product(0.5_wp*(before + after), way) + 0.5_wp*(from%reaction + to%reaction)*(after(active) - before(active))
+      value%by_factor = 0.5_wp*(before + after)*way
+      value%supports = 0.5_wp*(from%reaction + to%reaction)*(after(active) - before(active))
+      value%work = sum(value%by_factor) + value%supports
       value%duality = way(active) - (to%reaction - from%reaction)
       value%least = sum(min(before*way, after*way)) + min(from%reaction, to%reaction)*(after(active) - before(active))
       value%throughput = max(abs(before(active)), abs(after(active)))*abs(way(active)) &

@@ -154,6 +154,8 @@ contains
       if (allocated(input%accuracy)) reporter%mesh = 1
       if (allocated(input%accuracy)) input%outputs(1)%restart = restart_none
       first = 1
+      reporter%energy = input%outputs(1)%energy
+      path%account%kept = reporter%energy
       if (allocated(resume%numbers)) then
          call restore(resume%numbers, problem, path, first, error)
          if (complain(error, speaks)) return

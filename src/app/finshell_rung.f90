@@ -23,6 +23,7 @@ contains
       integer :: k
       input%outputs%fields = .false.
       input%outputs%verbose = .false.
+      input%outputs%energy = .false.
       deallocate (input%probes)
       allocate (input%probes(0))
       input%outputs%restart = restart_none

@@ -1,5 +1,7 @@
-!> What a run watches, and what of a state is found for it: the values of monitors, and results of elements for all files that are due.
+!> What a run watches, and what of a state is found for it: the values of monitors, and results of elements for all files that are
+!> due.
 module finshell_watching
+   use finshell_energy_columns, only: add_static_energy, energy_names, energy_values
    use finshell_equilibrium, only: equilibrium_t
    use finshell_factor, only: factor_at
    use finshell_field, only: increment_t, name_t
@@ -27,6 +29,7 @@ module finshell_watching
       integer, allocatable :: watched_entries(:) !< element fields of the monitors
       type(name_t), allocatable :: cases(:) !< of loads and supports, whose factors are columns of the history
       real(wp) :: duration = 0 !< of all steps in time; 0: there are none
+      logical :: energy = .false. !< columns of the balance of energy
       integer :: mesh = 0 !< number of the present one where there are several (a column of the history)
    contains
       procedure :: look_up
@@ -47,6 +50,7 @@ contains
       end do
       if (allocated(self%cases)) names = [names, (name_t('factor_'//self%cases(i)%text), i=1, size(self%cases))]
       if (self%mesh > 0) names = [names, name_t('mesh')]
+      if (self%energy) names = [names, energy_names(self%cases, self%duration > 0)]
    end function column_names
 
    !> Look up what the monitors watch in the mesh, and what parts of it have files.
@@ -74,6 +78,8 @@ contains
       type(recovery_t), intent(out) :: recovery
       type(linear_change_t), intent(in), optional, target :: change
       integer, allocatable :: elements(:), entries(:)
+      real(wp), allocatable :: values(:)
+      logical, allocatable :: missing(:)
       integer :: i
 
       call wanted_results(self, elements, entries)
@@ -86,9 +92,15 @@ contains
          row%monitors = [row%monitors, (factor_at(state, self%problem%factor_of_case(1 + i)), i=1, size(self%cases))]
          row%missing = [row%missing, (.false., i=1, size(self%cases))]
       end if
-      if (self%mesh == 0) return
-      row%monitors = [row%monitors, real(self%mesh, wp)]
-      row%missing = [row%missing, .false.]
+      if (self%mesh > 0) then
+         row%monitors = [row%monitors, real(self%mesh, wp)]
+         row%missing = [row%missing, .false.]
+      end if
+      if (.not. self%energy) return
+      call energy_values(record, self%problem%factor_of_case(2:), self%duration > 0, values, missing)
+      row%monitors = [row%monitors, values]
+      row%missing = [row%missing, missing]
+      if (self%duration > 0) call add_static_energy(record, row%motion)
    end subroutine evaluate
 
    !> Elements and entries to recover.

@@ -338,6 +338,7 @@ contains
          m%stored_energy = stored_energy(problem)
          m%work = sums%work
          m%damped = sums%damped
+         m%misfit = misfit_of(self, sums, m%stored_energy)
          m%momentum = momentum(nodal)
          m%angular_momentum = angular_momentum(problem%structure%mesh%coordinates, problem%state, nodal)
       end associate
@@ -373,12 +374,18 @@ contains
       type(step_t), intent(in) :: step
       type(sums_t), intent(in) :: sums
       type(error_t), allocatable, intent(inout) :: error
-      real(wp) :: misfit, stored
-      stored = stored_energy(problem)
-      misfit = sums%kinetic - self%leapfrog%before**2*sums%ripple + stored + sums%damped - sums%work - self%energy + self%ripple
-      if (abs(misfit) > out_of_balance*max(self%most, abs(self%energy + sums%work)) + self%noise) &
+      if (abs(misfit_of(self, sums, stored_energy(problem))) &
+          > out_of_balance*max(self%most, abs(self%energy + sums%work)) + self%noise) &
          call refuse(self, step, problem%state%time, error)
    end subroutine check_balance
+
+   !> Energy that works do not explain.
+   pure real(wp) function misfit_of(self, sums, stored)
+      type(progress_t), intent(in) :: self
+      type(sums_t), intent(in) :: sums
+      real(wp), intent(in) :: stored
+      misfit_of = sums%kinetic - self%leapfrog%before**2*sums%ripple + stored + sums%damped - sums%work - self%energy + self%ripple
+   end function misfit_of
 
    subroutine refuse(self, step, time, error)
       type(progress_t), intent(in) :: self

@@ -39,6 +39,7 @@ module finshell_monitor
       integer :: compress = 1 !< level of zlib for the result file, 0 to 9
       logical :: single = .false. !< fields of the result file in single precision
       logical :: verbose = .false. !< a log of iterations
+      logical :: energy = .false. !< the balance of energy in the history
    end type output_t
 
 contains

@@ -289,13 +289,14 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       integer :: i, j, n
 
+      call read_outputs(namelist, input%structure%mesh, input%steps, input%preset, input%outputs, error)
       allocate (input%monitors(count_groups(namelist, 'monitor')))
       n = 0
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'monitor') cycle
          n = n + 1
          call read_monitor(namelist%groups(i), input%structure%mesh, input%structure%sections, &
-                           any(is_in_time(input%steps%control)), input%monitors(n), error)
+                           any(is_in_time(input%steps%control)), input%outputs(1)%energy, input%monitors(n), error)
          if (allocated(error)) return
          do j = 1, n - 1
             if (input%monitors(j)%name /= input%monitors(n)%name) cycle
@@ -304,7 +305,6 @@ contains
          end do
       end do
       call read_probes(namelist, input%structure%mesh, input%probes, error)
-      call read_outputs(namelist, input%structure%mesh, input%steps, input%preset, input%outputs, error)
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'accuracy' .or. allocated(error)) cycle
          allocate (input%accuracy)

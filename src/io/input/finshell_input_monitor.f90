@@ -18,16 +18,19 @@ module finshell_input_monitor
    character(len=*), parameter :: height_names = 'bottom, middle, top'
    !> Columns of the history that are always there.
    character(len=*), parameter :: own_columns = &
-      ', increment, load_factor, iterations, negative_pivots, critical_point, residual, correction, snap,'
+      ', increment, load_factor, iterations, negative_pivots, critical_point, residual, correction, snap, found_by, &
+      &stabilisation,'
+   character(len=*), parameter :: energy_columns = ', stored_energy, work, damped, energy_residual,'
 
 contains
 
    !> &monitor: a column of the history.
-   subroutine read_monitor(group, mesh, sections, in_time, monitor, error)
+   subroutine read_monitor(group, mesh, sections, in_time, energy, monitor, error)
       type(group_t), intent(inout) :: group
       type(mesh_t), intent(in) :: mesh
       type(section_t), intent(in) :: sections(:)
       logical, intent(in) :: in_time !< the history has the columns of the motion
+      logical, intent(in) :: energy !< the history has those of the balance of energy
       type(monitor_t), intent(out) :: monitor
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
@@ -41,7 +44,8 @@ contains
       call get(group, 'quantity', quantity, error, choices=field_list)
       call get(group, 'factor', monitor%factor, error, default=1.0_wp)
       if (allocated(error)) return
-      if (index(own_columns, ', '//monitor%name//',') > 0 .or. (in_time .and. any(motion_columns == monitor%name))) then
+      if (index(own_columns, ', '//monitor%name//',') > 0 .or. (in_time .and. any(motion_columns == monitor%name)) .or. &
+          (energy .and. (index(monitor%name, 'work_') == 1 .or. index(energy_columns, ', '//monitor%name//',') > 0))) then
          call complain_about(group, 'name', "the history has a column '"//monitor%name//"' of its own", error)
          return
       end if

@@ -65,14 +65,15 @@ contains
       type(output_t), intent(out) :: output
       type(error_t), allocatable, intent(inout) :: error
       type(result_field_t), allocatable :: table(:)
-      character(len=:), allocatable :: fields(:), field_list, precision
+      character(len=:), allocatable :: fields(:), field_list, name, precision
       integer :: i
 
       field_list = field_names(only_items=.true.)
       call get_strings(group, 'fields', fields, error, choices=field_list)
+      call get(group, 'name', name, error, default='')
       if (has(group, 'name')) then
-         call get(group, 'name', output%name, error)
-         call check_name(group, 'name', output%name, error)
+         call check_name(group, 'name', name, error)
+         output%name = name
       else
          call read_run(group, output, error)
       end if
@@ -97,6 +98,7 @@ contains
       character(len=:), allocatable :: restart
       call get(group, 'restart', restart, error, default='last', choices='last, every, none')
       call get(group, 'verbose', output%verbose, error, default=.false.)
+      call get(group, 'energy', output%energy, error, default=.false.)
       if (allocated(error)) return
       select case (restart)
       case ('every'); output%restart = restart_all
@@ -111,7 +113,10 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(output_t), intent(inout) :: output
       type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: name
       if (allocated(error)) return
+      call get(group, 'element_set', name, error, default='')
+      call get(group, 'node_set', name, error, default='')
       if (has(group, 'element_set') .and. has(group, 'node_set')) then
          call complain_about(group, 'node_set', 'either node_set or element_set is expected', error)
       else if (has(group, 'element_set')) then
