@@ -240,6 +240,7 @@ contains
       type(increment_t) :: row
       type(recovery_t) :: recovery
       type(indicator_t) :: indicator
+      real(wp), allocatable :: numbers(:)
       integer :: i
 
       do i = 1, size(self%parts)
@@ -261,8 +262,8 @@ contains
       self%stands_in = record%stands_in
       if (record%control == control_frequencies) then
          associate (v => record%vibration)
-            call self%modes%append(self%base_name//'.modes.csv', record%increment, &
-                                   reshape([v%frequency, v%generalised_mass, v%effective_mass, v%whole_mass], [6, 1]), error)
+            numbers = [v%frequency, v%generalised_mass, v%effective_mass, v%whole_mass]
+            call self%modes%append(self%base_name//'.modes.csv', record%increment, reshape(numbers, [size(numbers), 1]), error)
          end associate
       end if
       if (allocated(error)) return

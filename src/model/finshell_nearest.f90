@@ -14,8 +14,8 @@ module finshell_nearest
 
 contains
 
-   !> For each point the place nearest to it. A triangle is looked at only where the sphere around it reaches within the best distance so
-   !> far, and the places found before are tried first: those of a motion hardly change.
+   !> For each point the place nearest to it. A triangle is looked at only where the sphere around it reaches within the best
+   !> distance so far, and the places found before are tried first: those of a motion hardly change.
    subroutine find_nearest(x, triangles, points, places)
       real(wp), intent(in) :: x(:, :) !< (3, nodes)
       integer, intent(in) :: triangles(:, :) !< (3, elements)
@@ -59,28 +59,30 @@ contains
       real(wp), intent(in) :: corner(3, 3) !< (coordinate, corner)
       real(wp), intent(in) :: p(3)
       real(wp) :: weights(3)
-      real(wp) :: ab(3), ac(3), d(6), va, vb, vc, t
+      real(wp) :: ab(3), ac(3), d(2, 3), va, vb, vc, t
+      integer :: k
       ab = corner(:, 2) - corner(:, 1)
       ac = corner(:, 3) - corner(:, 1)
-      d = [dot_product(ab, p - corner(:, 1)), dot_product(ac, p - corner(:, 1)), dot_product(ab, p - corner(:, 2)), &
-           dot_product(ac, p - corner(:, 2)), dot_product(ab, p - corner(:, 3)), dot_product(ac, p - corner(:, 3))]
-      vc = d(1)*d(4) - d(3)*d(2)
-      vb = d(5)*d(2) - d(1)*d(6)
-      va = d(3)*d(6) - d(5)*d(4)
-      if (d(1) <= 0 .and. d(2) <= 0) then
+      do k = 1, 3
+         d(:, k) = [dot_product(ab, p - corner(:, k)), dot_product(ac, p - corner(:, k))]
+      end do
+      vc = d(1, 1)*d(2, 2) - d(1, 2)*d(2, 1)
+      vb = d(1, 3)*d(2, 1) - d(1, 1)*d(2, 3)
+      va = d(1, 2)*d(2, 3) - d(1, 3)*d(2, 2)
+      if (d(1, 1) <= 0 .and. d(2, 1) <= 0) then
          weights = [1, 0, 0]
-      else if (d(3) >= 0 .and. d(4) <= d(3)) then
+      else if (d(1, 2) >= 0 .and. d(2, 2) <= d(1, 2)) then
          weights = [0, 1, 0]
-      else if (d(6) >= 0 .and. d(5) <= d(6)) then
+      else if (d(2, 3) >= 0 .and. d(1, 3) <= d(2, 3)) then
          weights = [0, 0, 1]
-      else if (vc <= 0 .and. d(1) >= 0 .and. d(3) <= 0) then
-         t = d(1)/(d(1) - d(3))
+      else if (vc <= 0 .and. d(1, 1) >= 0 .and. d(1, 2) <= 0) then
+         t = d(1, 1)/(d(1, 1) - d(1, 2))
          weights = [1 - t, t, 0.0_wp]
-      else if (vb <= 0 .and. d(2) >= 0 .and. d(6) <= 0) then
-         t = d(2)/(d(2) - d(6))
+      else if (vb <= 0 .and. d(2, 1) >= 0 .and. d(2, 3) <= 0) then
+         t = d(2, 1)/(d(2, 1) - d(2, 3))
          weights = [1 - t, 0.0_wp, t]
-      else if (va <= 0 .and. d(4) - d(3) >= 0 .and. d(5) - d(6) >= 0) then
-         t = (d(4) - d(3))/((d(4) - d(3)) + (d(5) - d(6)))
+      else if (va <= 0 .and. d(2, 2) - d(1, 2) >= 0 .and. d(1, 3) - d(2, 3) >= 0) then
+         t = (d(2, 2) - d(1, 2))/((d(2, 2) - d(1, 2)) + (d(1, 3) - d(2, 3)))
          weights = [0.0_wp, 1 - t, t]
       else
          t = 1/(va + vb + vc)

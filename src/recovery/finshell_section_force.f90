@@ -44,7 +44,8 @@ contains
       end associate
    end function section_resultant
 
-   !> Forces of a state with the arms of another one. An element that cannot be evaluated gives nothing: no equilibrium state has one.
+   !> Forces of a state with the arms of another one. An element that cannot be evaluated gives nothing: no equilibrium state has
+   !> one.
    function at_state(problem, state, place, cut) result(resultant)
       type(equilibrium_t), intent(in) :: problem
       type(state_t), intent(in) :: state, place

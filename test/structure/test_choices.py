@@ -7,7 +7,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = {  # file of src/io/input that reads groups: headings of their description
     "solver": ["job"], "preset": ["job"], "mesh": ["mesh"], "normals": ["mesh"], "section": ["material", "section"], "direction": ["section"], "support": ["support"], "load": ["load"],
-    "step": ["step"], "time_step": ["step"], "output": ["monitor", "output", "fields"],
+    "step": ["step"], "time_step": ["step"], "monitor": ["monitor", "probe", "output", "fields"],
+    "probe": ["monitor", "probe", "output", "fields"], "output": ["monitor", "probe", "output", "fields"],
 }
 LISTS = {  # lists that are made elsewhere: file, pattern of the statement
     "diagonal_names": ("model/finshell_mesh_grid.f90", r"diagonal_names = ('.*?')"),
@@ -42,6 +43,8 @@ def field_rows(sources):
     for name, dimension, meaning, components in re.findall(r"whole\('(\w+)', '([^']*)',\s*'([^']*)'(?:, '([^']*)')?",
                                                            joined(sources["model/finshell_result_fields.f90"])):
         found.append((name, components, "structure", dimension, meaning))
+    for name, dimension, meaning in re.findall(r"through\('(\w+)', '([^']*)',\s*'([^']*)'", joined(sources["model/finshell_result_fields.f90"])):
+        found.append((name, "x, y, z", "cut", dimension, meaning))
     return ["| " + " | ".join([f"`'{name}'`", ", ".join(f"`'{c.strip()}'`" for c in components.split(",") if c.strip()), *rest]) + " |"
             for name, components, *rest in found]
 
@@ -105,7 +108,7 @@ class Choices(unittest.TestCase):
         self.assertEqual(rows, field_rows(self.sources))
         number = sum(int(re.search(rf"{name} = (\d+)", self.sources[file]).group(1)) for file, name in
                      (("element/finshell_element_fields.f90", "n_element_fields"), ("model/finshell_node_fields.f90", "n_node_fields")))
-        self.assertEqual(len(rows), number + 8)
+        self.assertEqual(len(rows), number + 10)
 
     def test_every_list_is_seen(self):
         count = sum(len(choices(part, self.sources)) for part in PARTS)
@@ -115,7 +118,7 @@ class Choices(unittest.TestCase):
                 self.assertIn(re.sub(r"io/input/finshell_input_(\w+)\.f90", r"\1", file), PARTS, f"{file} reads choices: add it here")
 
     def test_a_word_more_is_noticed(self):
-        for part, old, new in (("mesh", "strip, hole'", "strip, hole, torus'"), ("output", "bottom, middle, top'", "bottom, middle, top, outside'"),
+        for part, old, new in (("mesh", "strip, hole'", "strip, hole, torus'"), ("monitor", "bottom, middle, top'", "bottom, middle, top, outside'"),
                                ("step", "'paper, tight'", "'paper, tight, loose'"), ("support", "symmetry, components'", "symmetry, spring, components'"),
                                ("load", "centrifugal, foundation'", "centrifugal, wind, foundation'")):
             name = f"io/input/finshell_input_{part}.f90"
