@@ -226,7 +226,8 @@ contains
       integer, intent(in) :: number !< of the step in the input
       self%checkpoint%step = number
       self%fresh = .true.
-      self%before = [factor_at(self%problem%state, self%problem%factor_of_case(step%case)), self%problem%state%time]
+      if (associated(self%problem)) & ! not where another process reports
+         self%before = [factor_at(self%problem%state, self%problem%factor_of_case(step%case)), self%problem%state%time]
       self%at_landings = is_in_time(step%control) .and. (allocated(step%time%output_times) .or. step%time%output_interval > 0)
    end subroutine begin_step
 
