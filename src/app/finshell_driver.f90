@@ -166,12 +166,13 @@ contains
       end if
       if (speaks) call reporter%checkpoint%attach(problem, path, input%outputs(1)%restart, new_head(options, input))
       reporter%checkpoint%step = first
-      if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%outputs, &
-                                     input%probes, levels, error)
-      if (speaks .and. .not. allocated(error) .and. (input%outputs(1)%verbose .or. options%verbose)) then
+      if (speaks .and. (input%outputs(1)%verbose .or. options%verbose)) then
          call log%open(options%folder//input%name//'.iterations.log', options%quiet, reporter%continues, error)
          problem%listener => log
       end if
+      if (speaks .and. .not. allocated(error)) &
+         call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%outputs, &
+                            input%probes, levels, error)
       call agree(options%team, error)
       if (complain(error, speaks)) return
       call speaker%take(reporter, options%team)

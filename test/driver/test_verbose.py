@@ -108,6 +108,14 @@ class Verbose(unittest.TestCase):
         self.assertTrue(after.startswith(before))
         self.assertGreater(len(after), len(before))
 
+    def test_a_log_that_cannot_be_written(self):
+        (self.path / "a.iterations.log").mkdir()
+        (self.path / "a.nml").write_text(STRIP + STEP)
+        done = subprocess.run([PROGRAM, "run", "--verbose", "a.nml"], cwd=self.path, capture_output=True, text=True, timeout=60, check=False)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("a.iterations.log: cannot write the log of iterations", done.stderr)
+        self.assertEqual(sorted(p.name for p in self.path.iterdir()), ["a.iterations.log", "a.nml"])
+
     def test_where_it_belongs(self):
         (self.path / "a.nml").write_text(STRIP + STEP)
         for command in ("check", "study"):
