@@ -1,4 +1,4 @@
-!> The groups &monitor of an input file.
+!> The group &monitor of an input file.
 module finshell_input_monitor
    use finshell_kinds, only: wp
    use finshell_cut, only: cut_nodes
@@ -8,8 +8,7 @@ module finshell_input_monitor
    use finshell_monitor, only: monitor_t, reduce_mean, reduce_sum, reduce_names
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
    use finshell_input_common, only: get_set, get_component, get_vector, position_of, check_name, kind_node, kind_element
-   use finshell_result_fields, only: result_field_t, result_fields, find_field, field_names, on_cut, on_nodes, on_elements, &
-      on_structure
+   use finshell_result_fields, only: result_field_t, result_fields, find_field, field_names, on_cut, on_nodes, on_elements
    use finshell_section, only: section_t
    implicit none
    private
