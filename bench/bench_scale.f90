@@ -1,10 +1,11 @@
 !> What the parts of an analysis cost, once each: for bench/scale.py, which runs it on meshes of many sizes.
 !>
-!>     bench_scale INPUT.nml
+!>     bench_scale INPUT.nml [output]
 !>
 !> A line for each part: its name, seconds (wall), seconds (CPU), and the largest memory of the process so far (bytes). The parts:
 !> set-up (input, mesh, equations, pattern), assembly of force and tangent, ordering, factorisation, solution of one right side,
-!> output (a result file with one step). Then a line `size` with elements, unknowns, entries of the matrix, bytes of the factors.
+!> output (result files are begun, with the mesh and the unloaded state), increment (one is written). `output`: without what lies
+!> between set-up and output. Then a line `size` with elements, unknowns, entries of the matrix, bytes of the factors.
 program bench_scale
    use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use finshell_assembly, only: paying_threads
@@ -13,6 +14,7 @@ program bench_scale
    use finshell_error, only: error_t
    use finshell_input, only: input_t, read_input
    use finshell_kinds, only: dp
+   use finshell_observer, only: record_t
    use finshell_reporter, only: reporter_t
    use finshell_trial, only: check_steps, mesh_warning, warning_of
 !$ use omp_lib, only: omp_set_num_threads
@@ -23,12 +25,13 @@ program bench_scale
    type(error_t), allocatable :: error
    real(dp), allocatable :: x(:)
    character(len=:), allocatable :: warning
-   character(len=200) :: name
+   character(len=200) :: name, word
    integer :: threads
    integer(int64) :: start
    real(dp) :: cpu
 
    call get_command_argument(1, name)
+   call get_command_argument(2, word)
    call tick()
    call read_input(trim(name), input, error)
    call check()
@@ -40,20 +43,32 @@ program bench_scale
    call check_steps(input, problem, error)
    warning = warning_of(input, problem)//mesh_warning(input)
    call tock('set-up')
-   call problem%evaluate(.true., error)
-   call tock('assembly')
-   call problem%solver%prepare(error)
-   call tock('ordering')
-   call problem%factorise(error)
-   call tock('factorisation')
-   allocate (x(problem%n))
-   call problem%solve(problem%rate, x, error)
-   call tock('solution')
+   allocate (x(problem%n), source=0.0_dp)
+   if (word == '') then
+      call problem%evaluate(.true., error)
+      call tock('assembly')
+      call problem%solver%prepare(error)
+      call tock('ordering')
+      call problem%factorise(error)
+      call tock('factorisation')
+      call problem%solve(problem%rate, x, error)
+      call tock('solution')
+   else
+      call random_number(x)
+      x = 1e-6_dp*problem%detail*(x - 0.5_dp)
+   end if
    call problem%move(x, 1e-6_dp)
-   call reporter%open(input%name, input%text, problem, input%monitors, input%output, [real(dp) ::], error)
+   problem%state%increment = 1
+   reporter%quiet = .true.
+   call tick()
+   call reporter%open(input%name, input%text, problem, input%monitors, input%outputs, input%probes, [real(dp) ::], error)
    call check()
-   call reporter%finish(problem%state, error)
    call tock('output')
+   call reporter%begin_step(input%steps(1), 1)
+   call reporter%increment(problem%state, record_t(increment=1), error)
+   call tock('increment')
+   call reporter%finish(problem%state, error)
+   call check()
    write (*, '(a,3i12,f16.0)') 'size ', size(input%structure%mesh%triangles, 2), problem%n, size(problem%values), &
       problem%solver%memory()
    if (warning /= '') write (*, '(2a)') 'warning ', warning

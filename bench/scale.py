@@ -4,7 +4,7 @@
     bench/scale.py [--triangles 1e3,1e4,1e5,1e6] [--meshes disk,cylinder,hemisphere] [--nonlinear 1e6] [--threads 1] [--write] [--note TEXT]
 
 Each line is a process of its own (bench_scale): set-up (input, mesh, equations, pattern), assembly of force and tangent, ordering,
-factorisation, solution, output (a result file with one step), in seconds of CPU time; then the memory of the factors and of the whole
+factorisation, solution, output (the result file is begun), increment (one is written), in seconds of CPU time; then the memory of the factors and of the whole
 process. Exponents are those of the growth from one line to the next. --nonlinear: the program finshell on the hemisphere, two increments.
 --write puts the tables with machine and date into doc/performance.md. FINSHELL_BIN names the program finshell; bench_scale is
 expected beside it. 10^6 triangles take some 10 GB and ten minutes.
@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parent.parent
 FINSHELL = os.environ.get("FINSHELL_BIN") or str(ROOT / "build/bin/finshell")
 PROGRAM = Path(FINSHELL).with_name("bench_scale")
 DOCUMENT = ROOT / "doc/performance.md"
-PARTS = ["set-up", "assembly", "ordering", "factorisation", "solution", "output"]
+PARTS = ["set-up", "assembly", "ordering", "factorisation", "solution", "output", "increment"]
 DISK = """&mesh generator = 'disk' portion = 'quarter' radius = 7.5 rings = {n} /
 &material name = 'rubber' law = 'mooney_rivlin' c10 = 80 c01 = 20 /
 &section thickness = 0.5 /

@@ -127,7 +127,9 @@ contains
       end associate
       value%level = to%energy
       value%energy = to%energy - from%energy
-      value%work = dot_product(0.5_wp*(before + after), way) + dot_product(0.5_wp*(first + last), change)
+      value%by_factor = 0.5_wp*(before + after)*way
+      value%supports = dot_product(0.5_wp*(first + last), change)
+      value%work = sum(value%by_factor) + value%supports
       value%duality = dot_product(share, way - (last - first))
       value%least = sum(min(before*way, after*way)) + sum(min(first, last)*change)
       value%throughput = value%throughput + sum(max(abs(before), abs(after))*abs(way) + max(abs(first), abs(last))*abs(change), &

@@ -276,6 +276,7 @@ contains
          call new_equilibrium(problem, input%structure, error)
          if (allocated(error)) return
       end if
+      anew%account%kept = path%account%kept
       call follow_steps(input%steps, problem, anew, reporter, speaker, error)
       path%increments = path%increments + anew%increments
       path%iterations = path%iterations + anew%iterations

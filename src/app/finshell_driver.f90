@@ -15,6 +15,7 @@ module finshell_driver
    use finshell_imperfect, only: apply_given, apply_modes
    use finshell_input, only: input_t, read_input
    use finshell_input_imperfection, only: modes_end
+   use finshell_iteration_log, only: iteration_log_t
    use finshell_mesh_report, only: report_mesh
    use finshell_monitor, only: restart_none
    use finshell_monitoring, only: slack_share
@@ -79,6 +80,7 @@ contains
       type(equilibrium_t), target :: problem
       type(path_t), target :: path
       type(reporter_t), target :: reporter
+      type(iteration_log_t), target :: log
       type(resume_t) :: resume
       type(restart_head_t) :: head
       type(speaker_t) :: speaker
@@ -155,7 +157,7 @@ contains
       reporter%cases = input%factors
       reporter%duration = sum(input%steps%time%duration)
       if (allocated(input%accuracy)) reporter%mesh = 1
-      if (allocated(input%accuracy)) input%output%restart = restart_none
+      if (allocated(input%accuracy)) input%outputs(1)%restart = restart_none
       first = 1
       head = new_head(options, input)
       if (modes_end(input%imperfections) > 0) then
@@ -164,6 +166,8 @@ contains
          if (complain(error, speaks)) return
          first = modes_end(input%imperfections) + 1
       end if
+      reporter%energy = input%outputs(1)%energy
+      path%account%kept = reporter%energy
       if (allocated(resume%numbers)) then
          call restore(resume%numbers, problem, path, first, error)
          if (complain(error, speaks)) return
@@ -172,9 +176,15 @@ contains
          if (.not. options%quiet) write (output_unit, '(a)') 'Goes on after increment '//text_of(resume%increment)//' of ' &
             //resume%base
       end if
-      if (speaks) call reporter%checkpoint%attach(problem, path, input%output%restart, head)
+      if (speaks) call reporter%checkpoint%attach(problem, path, input%outputs(1)%restart, head)
       reporter%checkpoint%step = first
-      if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
+      if (speaks .and. (input%outputs(1)%verbose .or. options%verbose)) then
+         call log%open(options%folder//input%name//'.iterations.log', options%quiet, reporter%continues, error)
+         problem%listener => log
+      end if
+      if (speaks .and. .not. allocated(error)) &
+         call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%outputs, &
+                            input%probes, levels, error)
       call agree(options%team, error)
       if (complain(error, speaks)) return
       call speaker%take(reporter, options%team)
@@ -182,6 +192,8 @@ contains
       if (allocated(input%accuracy) .and. .not. allocated(error)) &
          call adapt(options, bisection, input, problem, path, reporter, speaker, error)
       if (speaks) call reporter%finish(problem%state, late)
+      nullify (problem%listener)
+      call log%close()
       if (.not. allocated(error) .and. allocated(late)) call move_alloc(late, error)
       if (allocated(options%rung) .and. allocated(reporter%final)) call write_rung(options%folder//options%rung//'.rung', &
          size(input%structure%mesh%coordinates, 2), size(input%structure%mesh%triangles, 2), problem%n, path%iterations, &
@@ -282,6 +294,6 @@ contains
             ' values, written as NaN: the law ends before the surface, or there is no such layer or fibre (doc/namelist.md).'
       end do
       write (output_unit, '(a)') 'Results: '//options%folder//input%name//'.history.csv' &
-         //merge(', .vtkhdf, .xdmf', '                ', input%output%fields)
+         //merge(', .vtkhdf, .xdmf', '                ', input%outputs(1)%fields)
    end subroutine print_summary
 end module finshell_driver

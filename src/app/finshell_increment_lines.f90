@@ -5,14 +5,33 @@ module finshell_increment_lines
    use finshell_kinds, only: wp
    use finshell_monitor, only: monitor_t
    use finshell_observer, only: record_t, vibration_t
-   use finshell_stability, only: event_name
+   use finshell_stability, only: event_name, no_event
+   use finshell_step, only: control_frequencies
    implicit none
    private
-   public :: show_increment, show_event, show_ways, show_snap, show_vibration
+   public :: show_record
 
    integer, parameter :: shown = 3 !< monitors on the screen
 
 contains
+
+   !> All that is shown of an increment.
+   subroutine show_record(record, turns, headed, monitors, values, motion)
+      type(record_t), intent(in) :: record
+      logical, intent(in) :: turns !< arc-length begins or ceases to stand in
+      logical, intent(in) :: headed !< with the headings of the columns
+      type(monitor_t), intent(in) :: monitors(:)
+      real(wp), intent(in) :: values(:)
+      real(wp), intent(in), optional :: motion(:) !< values of motion_columns, time first
+      if (turns) write (output_unit, '(5x,a)') trim(merge( &
+         'arc-length stands in from here: what the step prescribes turns round  ', &
+         'the control of the step takes over again                              ', record%stands_in))
+      call show_increment(record, headed, monitors, values, motion)
+      if (record%control == control_frequencies) call show_vibration(record%vibration)
+      call show_ways(record)
+      if (record%event /= no_event) call show_event(record)
+      if (record%snap) call show_snap(record)
+   end subroutine show_record
 
    !> A limit or bifurcation point.
    subroutine show_event(record)

@@ -19,6 +19,7 @@ module finshell_options
       integer :: from = -1 !< restart: after this increment; negative: the last one
       character(len=:), allocatable :: folder !< prefix of all output files
       logical :: quiet = .false.
+      logical :: verbose = .false. !< run, restart: a log of iterations
       logical :: factor = .false. !< with check: order the equations
       integer :: refine = 0 !< levels of refinement beyond what the input says
       character(len=:), allocatable :: rung !< of a study, with the name of its files; unallocated: an ordinary run
@@ -56,6 +57,8 @@ contains
             return
          case ('--quiet', '-q')
             options%quiet = .true.
+         case ('--verbose')
+            options%verbose = .true.
          case ('--factor')
             options%factor = .true.
          case ('--output-folder', '-o')
@@ -112,11 +115,14 @@ contains
       else if (options%command == 'restart' .and. .not. allocated(options%results)) then
          complaint = 'the command restart needs the results of a run'
       else if (options%command == 'restart') then
-         if (of_study//of_run /= '' .or. options%factor) complaint = 'the command restart knows the options --from, -o and -q'
+         if (of_study//of_run /= '' .or. options%factor) &
+            complaint = 'the command restart knows the options --from, --verbose, -o and -q'
       else if (of_restart /= '') then
          complaint = of_restart//' belongs to the command restart'
       else if (.not. allocated(options%input)) then
          complaint = 'the command '//options%command//' needs an input file'
+      else if (options%verbose .and. options%command /= 'run') then
+         complaint = 'the option --verbose belongs to the commands run and restart'
       else if (options%factor .and. options%command /= 'check') then
          complaint = 'the option --factor belongs to the command check'
       else if (options%command /= 'study' .and. of_study /= '') then
@@ -194,6 +200,7 @@ contains
          'Options', &
          '  -o, --output-folder DIR     write results there (default: the current folder)', &
          '  -q, --quiet                 no progress lines', &
+         '  --verbose                   run, restart: a line for each iteration, also in NAME.iterations.log', &
          '  --factor                    check: order the equations too, and say how large the factor of the matrix is', &
          '  --refine N                  run, check: each triangle into four, N times (doc/namelist.md)', &
          '  --from N                    restart: after increment N (restart = ''every'' in &output keeps them)', &

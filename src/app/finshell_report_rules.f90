@@ -9,7 +9,7 @@ module finshell_report_rules
    use finshell_step, only: is_in_time, leaves_state
    implicit none
    private
-   public :: has_fields, motion_values, row_of
+   public :: has_fields, motion_values, passes, row_of
 
 contains
 
@@ -27,6 +27,14 @@ contains
                       .or. any(abs(levels - record%load_factor) <= 1.0e-10_wp*max(1.0_wp, abs(record%load_factor)))
       end if
    end function has_fields
+
+   !> Does an increment from one value to another reach or pass this one?
+   elemental logical function passes(from, to, value)
+      real(wp), intent(in) :: from, to, value
+      real(wp) :: rounding
+      rounding = 1.0e-10_wp*max(1.0_wp, abs(value))
+      passes = (from < value - rounding .and. to >= value - rounding) .or. (from > value + rounding .and. to <= value + rounding)
+   end function passes
 
    !> What a row of the history takes from the record of an increment.
    pure function row_of(record) result(row)

@@ -21,8 +21,12 @@ contains
       character, parameter :: axes(3) = ['x', 'y', 'z']
       type(monitor_t) :: monitor
       integer :: k
-      input%output%fields = .false.
-      input%output%restart = restart_none
+      input%outputs%fields = .false.
+      input%outputs%verbose = .false.
+      input%outputs%energy = .false.
+      deallocate (input%probes)
+      allocate (input%probes(0))
+      input%outputs%restart = restart_none
       if (size(input%monitors) > 0) return
       monitor%quantity = find_field('displacement')
       monitor%node_set = 'all'

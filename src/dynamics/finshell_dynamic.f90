@@ -12,6 +12,7 @@ module finshell_dynamic
    use finshell_kinds, only: wp, dp
    use finshell_memo, only: memo_t
    use finshell_momentum, only: angular_momentum, kinetic_energy, momentum
+   use finshell_account, only: account_t
    use finshell_balance, only: balance_t
    use finshell_newmark, only: newmark_t, new_newmark
    use finshell_newton, only: newton_result_t, solve_increment
@@ -75,6 +76,7 @@ contains
       if (allocated(path%course)) then
          call resume(course, problem, own, path, error)
       else
+         call path%account%begin()
          course%begun = problem%state%time
          course%at_start = problem%state%load_factor
          own%time%stops = stops_of(problem%state, step%time)
@@ -215,7 +217,7 @@ contains
          end do
          call self%pace%take(estimate, h, result%iterations, speed)
          self%time = end_time
-         call settle(self, problem, h)
+         call settle(self, problem, h, path%account)
          self%motion%landing = step%time%is_output(self%time)
          call fill_record(self, problem, h, result, path, record)
          memo = memo_t()
@@ -257,7 +259,10 @@ contains
          call problem%move(x, factor - base%load_factor)
          call support_rates(problem%equations, problem%state, rates, .false., inertia%held_velocity, inertia%held_acceleration)
       end associate
+      if (associated(problem%listener)) call problem%say('Increment in time of '//text_of(real(h, dp))//' to time ' &
+                                                         //text_of(real(end_time, dp)))
       call solve_increment(problem, constraint_t(target=factor), step%convergence, self%mean_levels, result)
+      if (.not. result%converged) call problem%say('     failed: '//result%reason)
    end subroutine attempt
 
    !> The estimated error of a converged increment.
@@ -290,14 +295,16 @@ contains
    end subroutine measure
 
    !> Take the state as the base of the next increment.
-   subroutine settle(self, problem, h)
+   subroutine settle(self, problem, h, account)
       type(course_t), intent(inout) :: self
       class(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: h
+      type(account_t), intent(inout) :: account
       real(wp), allocatable :: nodal(:, :)
       type(balance_t) :: balance
 
       balance = problem%balance(by_load_factor)
+      if (account%kept) call account%add(balance, 0.0_wp)
       associate (inertia => problem%inertia, state => problem%state)
          state%velocity = inertia%velocity
          state%acceleration = inertia%acceleration
@@ -312,6 +319,8 @@ contains
          self%motion%time = state%time
          self%motion%kinetic_energy = kinetic_energy(state, nodal)
          self%motion%stored_energy = problem%entry%energy
+         self%motion%misfit = self%motion%kinetic_energy + problem%entry%energy - self%energy - self%motion%work &
+                              + self%motion%damped
          self%motion%momentum = momentum(nodal)
          self%motion%angular_momentum = angular_momentum(problem%structure%mesh%coordinates, state, nodal)
       end associate
@@ -384,6 +393,7 @@ contains
       record%correction = result%correction
       record%rounding = result%rounding
       record%motion = self%motion
+      record%account = path%account
       record%cpu_time = now - path%started
       record%total_increments = path%increments
       record%total_iterations = path%iterations

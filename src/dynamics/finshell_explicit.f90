@@ -34,6 +34,7 @@ module finshell_explicit
       real(wp) :: energy = 0, ripple = 0 !< at the beginning; see `sums_t`
       real(wp) :: most = 0 !< energy there has been to have, so far
       real(wp) :: noise = 0 !< energies below are rounding
+      real(wp) :: misfit = 0 !< energy that works did not explain when an increment was told last
       real(wp) :: largest = 0 !< increment that is allowed
       integer :: threads = 1
       integer :: done = 0, told = 0 !< increments; of which observers know
@@ -102,7 +103,7 @@ contains
             if (allocated(error)) exit
             if (left == 0 .or. self%time >= row*step%time%duration/max(1, step%history_rows)) then
                call tell(self, problem, step, observer, left == 0, course, underway, sums, error)
-               if (.not. allocated(error)) call check_balance(self, problem, step, sums, error)
+               if (.not. allocated(error)) call check_balance(self, step, problem%state%time, sums%work, error)
                if (allocated(error)) exit
                row = next_row(self, step)
             end if
@@ -332,6 +333,9 @@ contains
          m%stored_energy = stored_energy(problem)
          m%work = sums%work
          m%damped = sums%damped
+         m%misfit = m%kinetic_energy - self%leapfrog%before**2*sums%ripple + m%stored_energy + m%damped - m%work - self%energy &
+                    + self%ripple
+         self%misfit = m%misfit
          m%momentum = momentum(nodal)
          m%angular_momentum = angular_momentum(problem%structure%mesh%coordinates, problem%state, nodal)
       end associate
@@ -361,17 +365,13 @@ contains
    end subroutine check_growth
 
    !> What the scheme keeps constant.
-   subroutine check_balance(self, problem, step, sums, error)
+   subroutine check_balance(self, step, time, work, error)
       type(progress_t), intent(in) :: self
-      class(equilibrium_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(sums_t), intent(in) :: sums
+      real(wp), intent(in) :: time, work
       type(error_t), allocatable, intent(inout) :: error
-      real(wp) :: misfit, stored
-      stored = stored_energy(problem)
-      misfit = sums%kinetic - self%leapfrog%before**2*sums%ripple + stored + sums%damped - sums%work - self%energy + self%ripple
-      if (abs(misfit) > out_of_balance*max(self%most, abs(self%energy + sums%work)) + self%noise) &
-         call refuse(self, step, problem%state%time, error)
+      if (abs(self%misfit) > out_of_balance*max(self%most, abs(self%energy + work)) + self%noise) &
+         call refuse(self, step, time, error)
    end subroutine check_balance
 
    subroutine refuse(self, step, time, error)

@@ -54,7 +54,8 @@ contains
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): with `stress`, the geometric part of the Hessian uses
    !> these resultants instead of its own. With `variation` of the core variables, the resultants linearised at this state are
    !> returned as `predicted`, and no Hessian; both need level_tangent, as does a directed `heading`.
-   pure subroutine evaluate_core(section, level, ref, curved, filter, axes, heading, core, status, stress, variation, predicted)
+   pure subroutine evaluate_core(section, level, ref, curved, filter, axes, heading, core, status, stress, variation, predicted, &
+                                 recovers)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level
       type(reference_t), intent(in) :: ref
@@ -67,6 +68,7 @@ contains
       type(stress_t), intent(in), optional :: stress
       real(wp), intent(in), optional :: variation(lanes, n_core)
       type(stress_t), intent(out), optional :: predicted
+      logical, intent(in), optional :: recovers !< strains and resultants are all that is wanted
       type(switches_t) :: switches
       type(bending_t) :: bend
       type(drilling_t) :: drill
@@ -167,6 +169,7 @@ contains
          if (twist%any) call twist_energy(twist, core%energy)
       end if
       if (level < level_force) return
+      if (present(recovers)) return
 
       if (present(variation) .and. present(predicted)) then
          call strain_variation(derivatives, variation, membrane_change, curvature_change)

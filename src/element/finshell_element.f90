@@ -181,7 +181,7 @@ contains
 
       call deform(section, level_force, block, ref, curved, filter, vectors, quaternion, heading, status)
       call material_direction(ref%frame, block%direction, r%axes, status)
-      call evaluate_core(section, level_force, ref, curved, filter, r%axes, heading, core, status)
+      call evaluate_core(section, level_force, ref, curved, filter, r%axes, heading, core, status, recovers=.true.)
       r%stretch = core%stretch
       do i = 1, 3
          if (curved%any) then

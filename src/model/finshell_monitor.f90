@@ -23,15 +23,23 @@ module finshell_monitor
       integer :: reduce = reduce_mean
       character(len=:), allocatable :: node_set, element_set, connector !< one of them, as the quantity needs
       real(wp) :: factor = 1 !< multiplies the value, e.g. -1 for a downward displacement
+      real(wp), allocatable :: point(:) !< (3) about which moments are taken; unallocated: the quantity's own choice
    end type monitor_t
 
+   !> A result file, and of the first one what else a run writes.
    type :: output_t
+      character(len=:), allocatable :: name !< of the file, behind that of the job; unallocated: the first one
+      character(len=:), allocatable :: element_set, node_set !< the part of the mesh: elements, or those that touch nodes
       logical :: fields = .true. !< write the result file at all
       integer :: every = 1 !< increments from one set of fields to the next; requested load levels are always written
+      real(wp), allocatable :: load_levels(:), times(:) !< only increments that reach or pass these (and by `every`)
+      logical :: last = .false. !< only the last increment
       integer, allocatable :: wanted(:) !< numbers of the fields, rising; unallocated: the default
       integer :: restart = restart_last !< keep what a restart needs
       integer :: compress = 1 !< level of zlib for the result file, 0 to 9
       logical :: single = .false. !< fields of the result file in single precision
+      logical :: verbose = .false. !< a log of iterations
+      logical :: energy = .false. !< the balance of energy in the history
    end type output_t
 
 contains

@@ -6,9 +6,9 @@ module finshell_result_fields
    implicit none
    private
    public :: result_field_t, result_fields, find_field, field_names, place_name
-   public :: on_nodes, on_elements, on_structure, on_connector, error_entry
+   public :: on_nodes, on_elements, on_structure, on_connector, on_cut, error_entry
 
-   integer, parameter :: on_nodes = 1, on_elements = 2, on_structure = 3, on_connector = 4
+   integer, parameter :: on_nodes = 1, on_elements = 2, on_structure = 3, on_connector = 4, on_cut = 5
 
    !> Behind the entries of the table of element fields: the field that is made of the surroundings of elements, `error`
    !> (finshell_error_indicator).
@@ -59,7 +59,9 @@ contains
                of_connector('connector_force', 'force (length)', &
                             'of a spring, bar or cable, tension positive; its moment if it turns'), &
                of_connector('connector_extension', 'length or -', &
-                            'of a spring; the strain of a bar or cable; the angle of what turns')]
+                            'of a spring; the strain of a bar or cable; the angle of what turns'), &
+               through('section_force', 'force', 'that the rest of the structure exerts on a set of elements'), &
+               through('section_moment', 'force length', 'that the rest of the structure exerts on a set of elements')]
    end function result_fields
 
    !> A number of each element, made of its surroundings.
@@ -90,6 +92,14 @@ contains
       if (present(components)) field%components = components
    end function whole
 
+   !> What is transmitted through a cut (finshell_section_force).
+   pure function through(name, dimension, meaning) result(field)
+      character(len=*), intent(in) :: name, dimension, meaning
+      type(result_field_t) :: field
+      field = whole(name, dimension, meaning, 'x, y, z')
+      field%on = on_cut
+   end function through
+
    !> The number of a field, 0: there is none of this name.
    pure integer function find_field(name)
       character(len=*), intent(in) :: name
@@ -100,7 +110,7 @@ contains
       end do
    end function find_field
 
-   !> All names, separated by commas; without those of the whole structure if there is to be one value an item.
+   !> All names, separated by commas; without those of the whole structure and of cuts if there is to be one value an item.
    pure function field_names(only_items) result(names)
       logical, intent(in) :: only_items
       character(len=:), allocatable :: names

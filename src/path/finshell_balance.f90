@@ -21,6 +21,8 @@ module finshell_balance
       logical :: known = .false.
       real(wp) :: energy = 0 !< change of the stored energy
       real(wp) :: work = 0 !< of loads and moved supports, trapezoidal rule
+      real(wp), allocatable :: by_factor(:) !< its parts: of loads by the factor that scales them (finshell_factor)
+      real(wp) :: supports = 0 !< and of moved supports
       real(wp) :: least = 0 !< work with the smaller of the forces at both ends
       real(wp) :: level = 0 !< the stored energy
       real(wp) :: throughput = 0 !< magnitude of the work, whether or not it cancels on the way

@@ -22,7 +22,7 @@ module finshell_convergence
    use finshell_equations, only: field_pressure, field_rotation
    implicit none
    private
-   public :: field_norms, residual_ratio, correction_ratio
+   public :: field_norms, residual_ratio, residual_ratios, correction_ratio
 
 contains
 
@@ -51,23 +51,33 @@ contains
       norms = scale*sqrt(norms)
    end function field_norms
 
-   !> Residual over reference.
+   !> Residual over reference: the larger ratio.
    pure function residual_ratio(residual, field, levels, mean_levels, length, detail, least) result(ratio)
+      real(wp), intent(in) :: residual(:)
+      integer(i1), intent(in) :: field(:)
+      real(wp), intent(in) :: levels(2), mean_levels(2), length, detail
+      real(wp), intent(in), optional :: least(2)
+      real(wp) :: ratio
+      ratio = maxval(residual_ratios(residual, field, levels, mean_levels, length, detail, least))
+   end function residual_ratio
+
+   !> Of forces, and of moments.
+   pure function residual_ratios(residual, field, levels, mean_levels, length, detail, least) result(ratios)
       real(wp), intent(in) :: residual(:)
       integer(i1), intent(in) :: field(:)
       real(wp), intent(in) :: levels(2) !< force and moment level of the current iterate
       real(wp), intent(in) :: mean_levels(2) !< mean levels of the converged increments
       real(wp), intent(in) :: length, detail
       real(wp), intent(in), optional :: least(2) !< the references are at least this
-      real(wp) :: ratio
+      real(wp) :: ratios(2)
       real(wp) :: reference(2), level(2), norms(2)
       level = max(levels, mean_levels)
       reference(1) = max(level(1), level(2)/length)
       reference(2) = max(level(2), level(1)*detail)
       if (present(least)) reference = max(reference, least)
       norms = field_norms(residual, field)
-      ratio = max(safe_ratio(norms(1), reference(1)), safe_ratio(norms(2), reference(2)))
-   end function residual_ratio
+      ratios = [safe_ratio(norms(1), reference(1)), safe_ratio(norms(2), reference(2))]
+   end function residual_ratios
 
    !> Correction over increment.
    pure function correction_ratio(correction, increment, field, length, detail) result(ratio)

@@ -119,6 +119,7 @@ contains
          result%correction = correction_ratio(course%part*course%x, increment, problem%field, problem%size, problem%detail)
          result%residual = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], &
                                           mean_levels, problem%size, problem%detail)
+         call problem%tell('descent', result%iterations, mean_levels, course%scaling, result%correction, course%stride, course%part)
          if (a > 0 .or. course%part < 1) then
             result%regularised = result%regularised + 1
          else if (result%residual <= settings%residual .and. result%correction <= settings%correction &
@@ -203,6 +204,8 @@ contains
          result%correction = correction_ratio(x, increment, problem%field, problem%size, problem%detail)
          result%residual = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], &
                                           mean_levels, problem%size, problem%detail)
+         call problem%tell('leaning', result%iterations, mean_levels, scaling, result%correction, &
+                           problem%largest_rotation(x, change, scaling), 1.0_wp)
          result%converged = result%residual <= closer*settings%residual .and. result%correction <= settings%correction &
                             .and. problem%misfit <= loosest_misfit
          if (result%converged) return

@@ -2,9 +2,6 @@
 !> or two back substitutions an iteration. The residual after a correction comes with the next tangent, unless the correction
 !> is so small that the increment is likely to be done: then the force alone is computed (once an increment).
 !>
-!> Where rounding leaves more of the residual than the tolerance allows, the iteration has converged all the same: the correction is
-!> within its tolerance, or does not shrink any more because it is the answer to that rounding.
-!>
 !> The whole correction is shortened where a node would turn by more than the limit. A line search was tried and left out: it
 !> took 57 iterations instead of 18 for the cantilever with end shear in one increment, and failed for the pinched hemisphere.
 !> So were corrections with the factors of the iteration before (doc/path_following.md).
@@ -21,6 +18,7 @@ module finshell_newton
    use finshell_step, only: convergence_t, control_load, control_volume, mixed_always, mixed_auto
    use finshell_control, only: constraint_t, factor_change, arc_product
    use finshell_newton_result, only: newton_result_t, give_up
+   use finshell_rounding_limit, only: weigh_rounding
    use finshell_convergence, only: residual_ratio, correction_ratio, field_norms
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    implicit none
@@ -36,9 +34,6 @@ module finshell_newton
    real(wp), parameter :: too_soft = 4 !< rotation (radian) of the first correction from rest: a flat sheet, which may wrinkle
    real(wp), parameter :: volume_rounding = 100 !< of a volume, in epsilons
    real(wp), parameter :: loosest_misfit = 1.0e-11_wp !< of a volume to the fluid in it
-   !> A correction that is more than `resting` times the one before shrinks no more. Beyond the second number, part of the
-   !> increment, and the third, part of the displacements, no rounding is an excuse.
-   real(wp), parameter :: resting = 0.1_wp, loosest_correction = 1.0e-2_wp, negligible = 1.0e-6_wp
 
 contains
 
@@ -78,6 +73,7 @@ contains
          call give_up(result, error%code, 'the predicted state cannot be evaluated: '//error%message)
          return
       end if
+      call problem%tell(method(), 0, mean_levels, constraint%scaling, 0.0_wp, 0.0_wp, 1.0_wp, factorised=.false.)
       do
          if (result%iterations >= settings%maximum_iterations) then
             call give_up(result, status_not_converged, 'no convergence in '//text_of(result%iterations) &
@@ -131,6 +127,7 @@ contains
          if (result%code /= status_ok) return
 
          result%residual = misfit()
+         call problem%tell(method(), result%iterations, mean_levels, constraint%scaling, result%correction, angle, scale)
          if (.not. ieee_is_finite(result%residual)) then
             call give_up(result, status_not_converged, 'the residual is not a number')
             return
@@ -184,6 +181,12 @@ contains
                                 problem%size, problem%detail, least)
       end function misfit
 
+      function method() result(name)
+         character(len=:), allocatable :: name
+         name = trim(merge('mixed ', 'Newton', mixed))
+         if (result%stand_in > 0) name = name//', stand-in'
+      end function method
+
       logical function is_wild(residual) result(yes) ! beyond the loads, and not because of rounding
          real(wp), intent(in) :: residual
          real(wp) :: unknowns(problem%n), added(problem%n)
@@ -207,51 +210,6 @@ contains
       call problem%restore()
       call problem%move(x, change, stress_kept, stress, scaling)
    end subroutine keep_stress
-
-   !> The residual, or the correction, is above its tolerance: because of rounding? A residual within rounding and a correction
-   !> within its tolerance do; or two residuals within rounding in a row, and a correction between them that shrinks no more: it
-   !> is the answer to rounding. It has to be small beside the increment or, where nothing moves, beside the displacements.
-   subroutine weigh_rounding(problem, settings, mean_levels, correction, before, likely, rounded, result)
-      class(problem_t), intent(in) :: problem
-      type(convergence_t), intent(in) :: settings
-      real(wp), intent(in) :: mean_levels(2)
-      real(wp), intent(in) :: correction(:), before !< the last one; ratio of the one before
-      logical, intent(in) :: likely !< it is within its tolerance
-      logical, intent(inout) :: rounded !< the residual before (in) and after the correction (out) is within rounding
-      type(newton_result_t), intent(inout) :: result
-      real(wp), allocatable :: unknowns(:), added(:)
-      real(wp) :: least(2), part, tolerance
-      logical :: rounded_before
-
-      rounded_before = rounded
-      rounded = .false.
-      part = result%correction
-      if (.not. likely .and. result%correction < resting*before) return
-      allocate (unknowns(problem%n), added(problem%n))
-      if (part > max(settings%correction, loosest_correction)) then
-         call problem%magnitude(unknowns)
-         part = correction_ratio(correction, unknowns, problem%field, problem%size, problem%detail)
-         if (part > negligible) return
-      end if
-      call problem%magnitude(unknowns, added)
-      least = epsilon(1.0_wp)*field_norms(added, problem%field)
-      tolerance = max(settings%residual, epsilon(1.0_wp))
-      rounded = ratio(least/tolerance) <= tolerance
-      if (.not. rounded .or. .not. (likely .or. rounded_before)) return
-      result%converged = .true.
-      result%rounding = .true.
-      result%correction = part
-      result%residual = ratio(least)
-
-   contains
-
-      function ratio(reference)
-         real(wp), intent(in) :: reference(2)
-         real(wp) :: ratio
-         ratio = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], mean_levels, &
-                                problem%size, problem%detail, reference)
-      end function ratio
-   end subroutine weigh_rounding
 
    !> The tangent to the path where the iteration has converged; load control has not solved for it yet.
    subroutine find_tangent(problem, increment, result)

@@ -1,5 +1,6 @@
 !> What is told about a converged increment, and to whom.
 module finshell_observer
+   use finshell_account, only: account_t
    use finshell_kinds, only: wp, dp
    use finshell_error, only: error_t
    use finshell_state, only: state_t, linear_change_t
@@ -23,6 +24,7 @@ module finshell_observer
       real(wp) :: stored_energy = 0 !< in the structure and in foundations
       real(wp) :: work = 0 !< of loads and moved supports, since the step began
       real(wp) :: damped = 0 !< energy taken by damping, since the step began
+      real(wp) :: misfit = 0 !< of energies and works: what a scheme that keeps the energy leaves at zero
       real(wp) :: momentum(3) = 0
       real(wp) :: angular_momentum(3) = 0 !< about the origin
    end type motion_t
@@ -53,6 +55,7 @@ module finshell_observer
       logical :: rounding = .false. !< one of them stayed above its tolerance because of rounding
       type(vibration_t) :: vibration !< of a mode
       type(motion_t) :: motion !< of a step in time
+      type(account_t) :: account !< of energy, where it was asked for
       real(dp) :: cpu_time = 0 !< seconds since the path began
       integer :: total_increments = 0, total_iterations = 0, total_cuts = 0 !< since the path began
    end type record_t

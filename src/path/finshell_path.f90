@@ -14,6 +14,8 @@ module finshell_path
    use finshell_problem, only: problem_t
    use finshell_step, only: step_t, control_load, control_arc_length, control_volume, &
       snap_mark, snap_refuse, ramp_before
+   use finshell_account, only: account_t
+   use finshell_attempt_text, only: announce_attempt, announce_outcome
    use finshell_control, only: arc_norm, control_vector
    use finshell_newton, only: newton_result_t
    use finshell_next_size, only: adapt, fall_back
@@ -40,6 +42,7 @@ module finshell_path
       real(wp) :: laboured = 0 !< increments that failed at first, the last ones counting most
       real(wp) :: largest = 0 !< change of the load factor in an increment of this step
       type(progress_t) :: progress
+      type(account_t) :: account !< of energy, where it is asked for
       type(targets_t) :: targets !< of the step under way
       integer :: done = 0 !< its increments
       logical :: underway = .false. !< it can go on from here
@@ -80,6 +83,7 @@ contains
       if (self%started < 0) call cpu_time(self%started)
       if (allocated(problem%state%velocity)) deallocate (problem%state%velocity, problem%state%acceleration)
       call problem%accept()
+      if (.not. again .and. ramping == by_load_factor) call self%account%begin()
       if (.not. again) call self%ramps_before(problem, step, observer, error, ramping)
       if (allocated(error)) return
       if (allocated(step%volumes)) then
@@ -213,7 +217,9 @@ contains
                              slenderness=problem%slenderness, soft=problem%soft, constant=step%scaling == by_constant_factor, &
                              laboured=fading*self%laboured + 1, crumples=problem%crumples)
          do
+            call announce_attempt(problem, step, attempt, self%increments + 1, cuts)
             call self%try(problem, step, targets, attempt, result)
+            call announce_outcome(problem, result)
             record%iterations = record%iterations + result%iterations
             record%steps = record%steps + result%steps
             spent = spent .or. result%spent
@@ -238,6 +244,7 @@ contains
                result%converged = .false.
                result%code = status_not_converged
                result%reason = complaint
+               call announce_outcome(problem, result)
             else if (self%may_start_softly(problem, step, result, cuts, attempt)) then
                call problem%restore()
                attempt%softly = .true.
@@ -356,6 +363,7 @@ contains
       ! What a descent has found is not the way the path goes.
       if ((self%rough .or. attempt%relaxes) .and. step%control == control_load) call self%history%forget()
 
+      if (self%account%kept) call self%account%add(problem%balance(step%scaling), problem%taken)
       problem%state%increment = problem%state%increment + 1
       call problem%accept()
       factor = factor_at(problem%state, step%scaling)
@@ -375,6 +383,7 @@ contains
       self%last%increment = problem%state%increment
       self%last%control = attempt%control
       self%last%descended = self%rough
+      self%last%account = self%account
       self%last%relaxed = attempt%relaxes
       self%last%taken = self%stabiliser%share()
       if (.not. (self%rough .or. attempt%relaxes)) self%last%regularised = result%regularised

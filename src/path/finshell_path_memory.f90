@@ -40,6 +40,7 @@ contains
       call memo%carry(path%stabiliser%viscosity)
       call memo%carry(path%stabiliser%taken)
       call memo%carry(path%stabiliser%stored)
+      call path%account%carry(memo)
       call carry_progress(memo, path%progress)
       call carry_stability(memo, path%stability)
       do k = 1, size(path%mean_levels)

@@ -8,8 +8,10 @@ module finshell_problem
    use finshell_error, only: error_t, raise
    use finshell_factor, only: factor_at
    use finshell_state, only: state_t
+   use finshell_convergence, only: residual_ratios
    use finshell_equations, only: field_rotation
    use finshell_balance, only: balance_t, tangent_of, tangent_t
+   use finshell_listener, only: iteration_t, listener_t
    implicit none
    private
    public :: problem_t, stress_own, stress_predicted, stress_kept
@@ -36,6 +38,7 @@ module finshell_problem
       real(wp) :: drag = 0
       real(wp) :: taken = 0 !< energy that it has taken in the increment
       real(wp), allocatable :: weight(:) !< (n) a lumped mass of density 1, for a descent (finshell_descent)
+      class(listener_t), pointer :: listener => null() !< of iterations, where somebody asked for one
 
       !> Pressures that follow from the volumes do so, instead of being unknowns: for those who go by the energy.
       logical :: condensed = .false.
@@ -79,6 +82,8 @@ module finshell_problem
       procedure :: magnitude
       procedure :: fictitious_masses
       procedure :: resist
+      procedure :: tell
+      procedure :: say
       procedure :: taken_by_drag
       procedure :: change
       procedure :: transport
@@ -241,6 +246,36 @@ contains
       real(wp), intent(out) :: mass(:) !< (n)
       mass = 0*self%size
    end subroutine fictitious_masses
+
+   !> Tell the listener, if there is one, of the state that was evaluated last.
+   subroutine tell(self, method, number, mean_levels, scaling, correction, rotation, part, factorised)
+      class(problem_t), intent(in) :: self
+      character(len=*), intent(in) :: method
+      integer, intent(in) :: number !< of the iteration
+      real(wp), intent(in) :: mean_levels(2) !< as for residual_ratio
+      integer, intent(in) :: scaling !< the factor that changes
+      real(wp), intent(in) :: correction, rotation, part !< see iteration_t
+      logical, intent(in), optional :: factorised !< default: yes
+      type(iteration_t) :: iteration
+      if (.not. associated(self%listener)) return
+      iteration%method = method
+      iteration%number = number
+      iteration%residual = residual_ratios(self%residual, self%field, [self%force_level, self%moment_level], mean_levels, &
+                                           self%size, self%detail)
+      iteration%correction = correction
+      iteration%rotation = rotation
+      iteration%part = part
+      if (present(factorised)) iteration%factorised = factorised
+      iteration%negative_pivots = self%negative_pivots
+      iteration%factor = factor_at(self%state, scaling)
+      call self%listener%iteration(iteration)
+   end subroutine tell
+
+   subroutine say(self, text)
+      class(problem_t), intent(in) :: self
+      character(len=*), intent(in) :: text
+      if (associated(self%listener)) call self%listener%say(text)
+   end subroutine say
 
    !> Subtract the drag from the residual.
    subroutine resist(self)

@@ -114,6 +114,7 @@ contains
          if (allocated(error) .or. loaded < ramp .or. modulo(step, look) /= 0) cycle
          ratio = residual_ratio(problem%residual, problem%field, [problem%force_level, problem%moment_level], mean_levels, &
                                 problem%size, problem%detail)
+         call problem%tell('relaxation', step, mean_levels, scaling, 0.0_wp, 0.0_wp, 1.0_wp, factorised=.false.)
          if (.not. ratio < wanted) cycle
          kept = problem%state
          call settle(problem, target, settings, mean_levels, scaling, finish)

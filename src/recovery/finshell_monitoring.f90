@@ -1,8 +1,9 @@
 !> Values of monitored quantities and result fields at an equilibrium state.
 module finshell_monitoring
    use finshell_kinds, only: wp, i4
-   use finshell_freedoms, only: rx, rz
    use finshell_connectors, only: measure_connector
+   use finshell_cut, only: cut_t, new_cut
+   use finshell_freedoms, only: rx, rz, ux, uz
    use finshell_discretisation, only: evaluate_gathered, gather_elements, gathered_t
    use finshell_enclosed_volume, only: volume_behind
    use finshell_equilibrium, only: equilibrium_t
@@ -13,13 +14,16 @@ module finshell_monitoring
    use finshell_monitor, only: monitor_t, output_t, wanted_fields, reduce_mean, reduce_sum, reduce_max, reduce_min
    use finshell_node_fields, only: node_field_t, node_fields, node_results_t, n_node_fields
    use finshell_recovery, only: recovery_t, recover, recovered
-   use finshell_result_fields, only: result_field_t, result_fields, place_name, error_entry, on_connector, on_nodes, &
+   use finshell_enclosed_volume, only: volume_behind
+   use finshell_result_fields, only: result_field_t, result_fields, place_name, error_entry, on_connector, on_cut, on_nodes, &
       on_elements
+   use finshell_rotation, only: cross_product
+   use finshell_section_force, only: section_resultant
    use finshell_state, only: state_t, moved_state, linear_change_t, small_part
    implicit none
    private
    public :: watch_t, new_watch, monitored_values, watched_elements, watched_entries, point_fields, cell_fields, cell_entries, &
-      slack_share, stored_energy
+      new_node_results, slack_share, stored_energy
 
    !> A monitor with its field, its nodes or its elements looked up.
    type :: watch_t
@@ -28,6 +32,8 @@ module finshell_monitoring
       real(wp) :: factor = 1
       integer, allocatable :: nodes(:), elements(:)
       character(len=:), allocatable :: connector
+      real(wp), allocatable :: point(:) !< (3) reactions: moments of forces about it count
+      type(cut_t) :: cut
    end type watch_t
 
 contains
@@ -48,6 +54,11 @@ contains
       watch%reduce = monitor%reduce
       watch%factor = monitor%factor
       if (allocated(monitor%connector)) watch%connector = monitor%connector
+      if (watch%field%on == on_cut) then
+         call new_cut(watch%cut, mesh, monitor%element_set, monitor%node_set, monitor%point)
+         return
+      end if
+      if (allocated(monitor%point)) watch%point = monitor%point
       if (allocated(monitor%node_set)) watch%nodes = mesh%node_sets(find_node_set(mesh, monitor%node_set))%members
       if (allocated(monitor%element_set)) then
          watch%elements = mesh%element_sets(find_element_set(mesh, monitor%element_set))%members
@@ -74,6 +85,7 @@ contains
       type(indicator_t) :: indicator
       type(node_field_t) :: nodal(n_node_fields)
       real(wp), allocatable :: one(:, :)
+      real(wp) :: resultant(rz)
       integer :: i, k
 
       if (.not. present(recovery)) then
@@ -91,7 +103,11 @@ contains
             select case (w%field%on)
             case (on_nodes)
                one = reshape([(nodal(w%field%entry)%recover(results, w%nodes(k)), k=1, size(w%nodes))], [3, size(w%nodes)])
+               if (allocated(w%point)) one = one + arms(w)
                values(i) = reduced(one(w%component, :), w%reduce)
+            case (on_cut)
+               resultant = section_resultant(problem, state, w%cut, change)
+               values(i) = resultant(w%component + merge(rx - ux, 0, w%field%name == 'section_moment'))
             case (on_elements)
                associate (field => recovery%fields(recovered(recovery, w%field%entry)), list => recovery%place(w%elements))
                   missing(i) = any(field%missing(w%place, list))
@@ -114,6 +130,20 @@ contains
             values(i) = w%factor*values(i)
          end associate
       end do
+
+   contains
+
+      !> Moments of the reactions of the nodes about the point of a watch. Of a linear change the arms are those of the state.
+      function arms(w) result(moments)
+         type(watch_t), intent(in) :: w
+         real(wp) :: moments(3, size(w%nodes)), place(3)
+         integer :: n
+         do n = 1, size(w%nodes)
+            place = problem%structure%mesh%coordinates(:, w%nodes(n)) + problem%state%displacement(:, w%nodes(n))
+            moments(:, n) = cross_product(place - w%point, results%internal_force(ux:uz, w%nodes(n)) &
+                                          - results%external_force(ux:uz, w%nodes(n)))
+         end do
+      end function arms
    end subroutine monitored_values
 
    !> A quantity of the whole structure in motion, 0 if it is none.
@@ -309,26 +339,32 @@ contains
    end function slack_share
 
    !> Nodal result fields.
-   function point_fields(problem, state, output, change) result(fields)
+   function point_fields(problem, state, output, change, nodes) result(fields)
       type(equilibrium_t), intent(in), target :: problem
       type(state_t), intent(in), target :: state
       type(output_t), intent(in) :: output
       type(linear_change_t), intent(in), optional, target :: change
+      integer, intent(in), optional :: nodes(:) !< of these alone
       type(field_t), allocatable :: fields(:)
       type(node_results_t) :: results
       type(node_field_t) :: table(n_node_fields)
-      real(wp), allocatable :: values(:, :)
       integer, allocatable :: entries(:)
-      integer :: i, k
+      integer :: i, k, node, number
       table = node_fields()
       call new_node_results(problem, state, results, change)
       entries = wanted_entries(output, on_nodes)
-      allocate (fields(0), values(3, size(state%displacement, 2)))
+      allocate (fields(size(entries)))
+      number = size(state%displacement, 2)
+      if (present(nodes)) number = size(nodes)
       do i = 1, size(entries)
-         do k = 1, size(values, 2)
-            values(:, k) = table(entries(i))%recover(results, k)
+         fields(i)%name = trim(table(entries(i))%name)
+         fields(i)%components = 3
+         allocate (fields(i)%values(3, number))
+         do k = 1, number
+            node = k
+            if (present(nodes)) node = nodes(k)
+            fields(i)%values(:, k) = table(entries(i))%recover(results, node)
          end do
-         fields = [fields, field_t(trim(table(entries(i))%name), 3, values)]
       end do
    end function point_fields
 
@@ -339,26 +375,37 @@ contains
       entries = wanted_entries(output, on_elements)
    end function cell_entries
 
-   !> Element result fields, from the recovery of all elements: one for each place.
-   function cell_fields(output, recovery) result(fields)
+   !> Element result fields, one for each place: of all elements, in whose order they were recovered, or of some that were.
+   function cell_fields(output, recovery, elements) result(fields)
       type(output_t), intent(in) :: output
       type(recovery_t), intent(in) :: recovery
+      integer, intent(in), optional :: elements(:)
       type(field_t), allocatable :: fields(:)
       type(element_field_t) :: table(n_element_fields)
       integer, allocatable :: entries(:)
-      integer :: i, p
+      integer :: i, n, p
       table = element_fields()
       entries = cell_entries(output)
-      allocate (fields(0))
+      allocate (fields(sum([(size(recovery%fields(recovered(recovery, entries(i)))%values, 2), i=1, size(entries))])))
+      n = 0
       do i = 1, size(entries)
          associate (made => recovery%fields(recovered(recovery, entries(i))))
-            if (entries(i) == error_entry) then
-               fields = [fields, field_t('error', 1, (made%values(:, 1, :)), (made%missing(1, :)))]
-               cycle
-            end if
             do p = 1, size(made%values, 2)
-               fields = [fields, field_t(place_name(table(entries(i)), p), table(entries(i))%number, (made%values(:, p, :)), &
-                                         (made%missing(p, :)))]
+               n = n + 1
+               if (entries(i) == error_entry) then
+                  fields(n)%name = 'error'
+                  fields(n)%components = 1
+               else
+                  fields(n)%name = place_name(table(entries(i)), p)
+                  fields(n)%components = table(entries(i))%number
+               end if
+               if (present(elements)) then
+                  fields(n)%values = made%values(:, p, recovery%place(elements))
+                  fields(n)%missing = made%missing(p, recovery%place(elements))
+               else
+                  fields(n)%values = made%values(:, p, :)
+                  fields(n)%missing = made%missing(p, :)
+               end if
             end do
          end associate
       end do

@@ -37,6 +37,8 @@ module finshell_recovery
       real(wp), allocatable :: frame(:, :, :) !< (3, 2, element)
    end type raw_t
 
+   integer, parameter :: at_once = 8192 !< elements gathered: as many as caches hold, enough for all threads
+
 contains
 
    !> Number of layers of the section that has most.
@@ -141,7 +143,7 @@ contains
       real(wp), allocatable :: values(:, :), frame(:, :, :)
       integer, allocatable :: mine(:), places(:)
       integer(i4), allocatable :: status(:, :)
-      integer :: i, layers, rows, s
+      integer :: first, i, last, layers, rows, s
 
       associate (structure => problem%structure)
          layers = most_layers(structure)
@@ -150,14 +152,21 @@ contains
          allocate (raw%values(rows, size(elements)), raw%missing(sum(places), size(elements)), raw%frame(3, 2, size(elements)))
          do s = 1, size(structure%sections)
             mine = pack([(i, i=1, size(elements))], structure%element_section(elements) == s)
-            if (size(mine) == 0) cycle
-            call gather_elements(structure, state, elements(mine), g, problem%equations%held)
-            allocate (values(rows, size(mine)), status(sum(places), size(mine)), frame(3, 2, size(mine)))
-            call recover_gathered(structure%sections(s), g, entries, layers, values, status, frame)
-            raw%values(:, mine) = values
-            raw%missing(:, mine) = status /= status_ok
-            raw%frame(:, :, mine) = frame
-            deallocate (values, status, frame)
+            do first = 1, size(mine), at_once
+               last = min(first + at_once - 1, size(mine))
+               call gather_elements(structure, state, elements(mine(first:last)), g, problem%equations%held)
+               if (allocated(values)) then
+                  if (size(values, 2) /= last - first + 1) deallocate (values, status, frame)
+               end if
+               if (.not. allocated(values)) &
+                  allocate (values(rows, last - first + 1), status(sum(places), last - first + 1), frame(3, 2, last - first + 1))
+               call recover_gathered(structure%sections(s), g, entries, layers, values, status, frame)
+               do i = first, last
+                  raw%values(:, mine(i)) = values(:, i - first + 1)
+                  raw%missing(:, mine(i)) = status(:, i - first + 1) /= status_ok
+                  raw%frame(:, :, mine(i)) = frame(:, :, i - first + 1)
+               end do
+            end do
          end do
       end associate
    end subroutine recover_at

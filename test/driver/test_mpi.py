@@ -109,6 +109,26 @@ class Processes(unittest.TestCase):
         for column in ("load_factor", "w"):
             self.close([r[column] for r in rows[1]], [r[column] for r in rows[3]], column)
 
+    def test_output(self):
+        """Section forces, energy, parts of the mesh, probes, and the log of iterations, from the one process that writes."""
+        text = STRIP.format(16) + "&element_set name = 'end' x = 4, 99 /\n&output energy = .true. verbose = .true. /\n"
+        text += "&output name = 'end' element_set = 'end' fields = 'stress' /\n&probe name = 'mid' from = 0, 0.5, 0 to = 10, 0.5, 0 points = 7 fields = 'stress' /\n"
+        text += "".join(f"&monitor name = '{q}_{c}' quantity = '{q}' component = '{c}' element_set = 'end' /\n"
+                        for q, c in (("section_force", "x"), ("section_moment", "y")))
+        rows, probes, fields, logs = {}, {}, {}, {}
+        for processes in (1, 3):
+            run = self.solve_text(text, processes)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            rows[processes], fields[processes] = rows_of(self.folder), fields_of(self.folder)
+            probes[processes] = np.loadtxt(self.folder / "in.mid.csv", delimiter=",", skiprows=1)
+            logs[processes] = (self.folder / "in.iterations.log").read_text().splitlines()
+        for column in set(rows[1][0]) - CLOCK - {"residual", "correction", "energy_residual"}:
+            self.close([r[column] for r in rows[1]], [r[column] for r in rows[3]], column, 1e-9)
+        self.close(probes[1], probes[3], "probe", 1e-9)
+        for key, values in fields[1].items():
+            self.close(values, fields[3][key], key, 1e-9)
+        self.assertEqual([line[:7] for line in logs[1]], [line[:7] for line in logs[3]])
+
     def test_more_processes_than_elements(self):
         run = self.solve_text(STRIP.format(1), 4)
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)

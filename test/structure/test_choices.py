@@ -7,7 +7,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = {  # file of src/io/input that reads groups: headings of their description
     "solver": ["job"], "preset": ["job"], "mesh": ["mesh"], "normals": ["mesh"], "section": ["material", "section"], "direction": ["section"], "support": ["support"], "load": ["load"], "chamber": ["chamber"], "amplitude": ["amplitude"], "joint": ["tie", "rigid_body", "equal", "equation"],
-    "step": ["step"], "time_step": ["step"], "output": ["monitor", "output", "fields"],
+    "step": ["step"], "time_step": ["step"], "monitor": ["monitor", "probe", "output", "fields"],
+    "probe": ["monitor", "probe", "output", "fields"], "output": ["monitor", "probe", "output", "fields"],
     "connector": ["spring", "bar", "cable", "dashpot", "point_mass"],
 }
 LISTS = {  # lists that are made elsewhere: file, pattern of the statement
@@ -45,6 +46,8 @@ def field_rows(sources):
         found.append((name, components, "structure", dimension, meaning))
     for name, dimension, meaning in re.findall(r"of_connector\('(\w+)', '([^']*)',\s*'([^']*)'", joined(sources["model/finshell_result_fields.f90"])):
         found.append((name, "", "connector", dimension, meaning))
+    for name, dimension, meaning in re.findall(r"through\('(\w+)', '([^']*)',\s*'([^']*)'", joined(sources["model/finshell_result_fields.f90"])):
+        found.append((name, "x, y, z", "cut", dimension, meaning))
     return ["| " + " | ".join([f"`'{name}'`", ", ".join(f"`'{c.strip()}'`" for c in components.split(",") if c.strip()), *rest]) + " |"
             for name, components, *rest in found]
 
@@ -118,7 +121,7 @@ class Choices(unittest.TestCase):
                 self.assertIn(re.sub(r"io/input/finshell_input_(\w+)\.f90", r"\1", file), PARTS, f"{file} reads choices: add it here")
 
     def test_a_word_more_is_noticed(self):
-        for part, old, new in (("mesh", "strip, hole'", "strip, hole, torus'"), ("output", "bottom, middle, top'", "bottom, middle, top, outside'"),
+        for part, old, new in (("mesh", "strip, hole'", "strip, hole, torus'"), ("monitor", "bottom, middle, top'", "bottom, middle, top, outside'"),
                                ("step", "'paper, tight'", "'paper, tight, loose'"), ("support", "symmetry, components'", "symmetry, spring, components'"),
                                ("load", "centrifugal, foundation'", "centrifugal, wind, foundation'")):
             name = f"io/input/finshell_input_{part}.f90"

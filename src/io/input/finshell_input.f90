@@ -31,15 +31,17 @@ module finshell_input
    use finshell_input_way, only: check_ways
    use finshell_input_joint, only: check_joints, read_joints
    use finshell_input_connector, only: connector_groups, read_connectors
+   use finshell_input_monitor, only: read_monitor
    use finshell_input_node, only: add_nodes
-   use finshell_input_output, only: read_monitor, read_output
+   use finshell_input_output, only: read_outputs
+   use finshell_input_probe, only: probe_t, read_probes
    implicit none
    private
    public :: input_t, read_input, parse_input, group_names
 
    character(len=*), parameter :: group_names = &
       'job, mesh, node, node_set, element_set, material, section, support, tie, rigid_body, equal, equation, load, chamber, ' &
-      //'amplitude, step, initial_velocity, imperfection, monitor, output, accuracy, '//connector_groups
+      //'amplitude, step, initial_velocity, imperfection, monitor, probe, output, accuracy, '//connector_groups
 
    !> All that an input file says.
    type :: input_t
@@ -57,7 +59,8 @@ module finshell_input
       integer, allocatable :: load_lines(:), chamber_lines(:), step_lines(:) !< where loads, chambers and steps stand in the file
       real(wp), allocatable :: velocity(:, :) !< (n_nodal, nodes) and spins at the beginning of the first step in time
       type(monitor_t), allocatable :: monitors(:)
-      type(output_t) :: output
+      type(probe_t), allocatable :: probes(:)
+      type(output_t), allocatable :: outputs(:) !< result files; of the first one all keys count
       type(accuracy_t), allocatable :: accuracy !< unallocated: the mesh stays as it is
       type(normals_choice_t) :: normals
       type(imperfection_t), allocatable :: imperfections(:)
@@ -159,7 +162,7 @@ contains
       type(namelist_t), intent(in) :: namelist
       type(error_t), allocatable, intent(inout) :: error
       character(len=8), parameter :: needed(4) = [character(len=8) :: 'mesh', 'material', 'section', 'step']
-      character(len=8), parameter :: single(4) = [character(len=8) :: 'job', 'mesh', 'output', 'accuracy']
+      character(len=8), parameter :: single(3) = [character(len=8) :: 'job', 'mesh', 'accuracy']
       integer :: i, k, first
 
       if (allocated(error)) return
@@ -312,13 +315,14 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       integer :: i, j, n
 
+      call read_outputs(namelist, input%structure%mesh, input%steps, input%preset, input%outputs, error)
       allocate (input%monitors(count_groups(namelist, 'monitor')))
       n = 0
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'monitor') cycle
          n = n + 1
          call read_monitor(namelist%groups(i), input%structure%mesh, input%structure%sections, input%structure%connectors, &
-                           any(is_in_time(input%steps%control)), input%monitors(n), error)
+                           any(is_in_time(input%steps%control)), input%outputs(1)%energy, input%monitors(n), error)
          if (allocated(error)) return
          do j = 1, n - 1
             if (input%monitors(j)%name /= input%monitors(n)%name) cycle
@@ -331,18 +335,13 @@ contains
             return
          end if
       end do
-      do i = 1, size(namelist%groups)
-         if (namelist%groups(i)%name == 'output') call read_output(namelist%groups(i), input%preset, input%output, error)
-      end do
+      call read_probes(namelist, input%structure%mesh, input%probes, error)
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'accuracy' .or. allocated(error)) cycle
          allocate (input%accuracy)
          call read_accuracy(namelist%groups(i), input%structure, input%load_lines, input%steps, input%monitors, input%accuracy, &
                             error)
       end do
-      if (.not. (input%preset%single .and. input%output%fields)) return
-      input%output%single = .true.
-      call input%preset%note('precision', "'single'")
    end subroutine translate_output
 
    !> 'folder/' of 'folder/file', '' of 'file'.

@@ -111,7 +111,8 @@ contains
       call add_element_set(mesh, name, pack([(i, i=1, size(chosen))], chosen))
    end subroutine read_element_set
 
-   !> Keys x, y, z: one value (a plane) or two (a range); all that are given must hold.
+   !> Keys x, y, z: one value (a plane) or two (a range); plane_point and plane_normal: the side of a plane that the normal points
+   !> to. All that are given must hold.
    subroutine choose_by_place(group, positions, tolerance, chosen, by_place, error)
       type(group_t), intent(inout) :: group
       real(wp), intent(in) :: positions(:, :)
@@ -122,7 +123,8 @@ contains
       character, parameter :: axes(3) = ['x', 'y', 'z']
       real(wp), allocatable :: range(:)
       logical :: inside(size(chosen))
-      integer :: k
+      real(wp) :: point(3), normal(3)
+      integer :: i, k
 
       inside = .true.
       by_place = .false.
@@ -137,6 +139,14 @@ contains
          end if
          inside = inside .and. positions(k, :) >= range(1) - tolerance .and. positions(k, :) <= range(size(range)) + tolerance
       end do
+      if (has(group, 'plane_point') .or. has(group, 'plane_normal')) then
+         call get_vector(group, 'plane_point', point, error)
+         call get_vector(group, 'plane_normal', normal, error, nonzero=.true.)
+         if (allocated(error)) return
+         by_place = .true.
+         normal = normal/norm2(normal)
+         inside = inside .and. [(dot_product(positions(:, i) - point, normal) >= -tolerance, i=1, size(inside))]
+      end if
       if (by_place) chosen = chosen .or. inside
    end subroutine choose_by_place
 

@@ -1,5 +1,5 @@
-!> The file NAME.modes.csv: frequency and masses of each mode, a row a mode.
-module finshell_mode_table
+!> A table of numbers in a file, rows of increments: modes (NAME.modes.csv), and probes.
+module finshell_table_file
    use finshell_disk, only: rename_in_system
    use finshell_error, only: error_t, raise
    use finshell_field, only: name_t
@@ -8,24 +8,24 @@ module finshell_mode_table
    use finshell_status, only: status_io_error
    implicit none
    private
-   public :: mode_table_t
+   public :: table_file_t, mode_header
 
-   character(len=*), parameter :: header = 'increment,frequency,generalised_mass,effective_mass_x,effective_mass_y,' &
-                                           //'effective_mass_z,mass'
+   character(len=*), parameter :: mode_header = 'increment,frequency,generalised_mass,effective_mass_x,effective_mass_y,' &
+                                                //'effective_mass_z,mass'
 
-   type :: mode_table_t
-      private
-      logical :: begun = .false.
+   type :: table_file_t
+      character(len=:), allocatable :: header !< names of the columns, the first one being increment
+      logical, private :: begun = .false.
    contains
       procedure :: append
       procedure :: cut
-   end type mode_table_t
+   end type table_file_t
 
 contains
 
    !> Go on with the file of an earlier run, if there is one: rows behind an increment are dropped.
    subroutine cut(self, name, last, error)
-      class(mode_table_t), intent(inout) :: self
+      class(table_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name
       integer, intent(in) :: last
       type(error_t), allocatable, intent(out) :: error
@@ -35,7 +35,12 @@ contains
       inquire (file=name, exist=exists)
       if (.not. exists) return
       call read_lines(name, lines, error)
-      if (allocated(error)) return
+      if (allocated(error) .or. size(lines) == 0) return
+      if (lines(1)%text /= self%header) then
+         call raise(error, status_io_error, name//': cannot restart: the file has the columns '//lines(1)%text &
+                    //', expected '//self%header)
+         return
+      end if
       open (newunit=unit, file=name//'~', status='replace', action='write', iostat=status)
       do i = 1, size(lines)
          increment = 0
@@ -48,27 +53,29 @@ contains
       if (.not. self%begun) call raise(error, status_io_error, name//': cannot be replaced')
    end subroutine cut
 
-   !> Write a row; the first one begins the file anew. Error: it cannot be written.
+   !> Write rows of an increment; the first ones begin the file anew. Error: they cannot be written.
    subroutine append(self, name, increment, values, error)
-      class(mode_table_t), intent(inout) :: self
+      class(table_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name !< of the file
       integer, intent(in) :: increment
-      real(wp), intent(in) :: values(:) !< in the order of the header
+      real(wp), intent(in) :: values(:, :) !< (columns behind the increment, rows)
       type(error_t), allocatable, intent(out) :: error
       character(len=256) :: reason
-      integer :: unit, status, closed
+      integer :: unit, status, closed, i
       if (self%begun) then
          open (newunit=unit, file=name, status='old', position='append', action='write', iostat=status, iomsg=reason)
       else
          open (newunit=unit, file=name, status='replace', action='write', iostat=status, iomsg=reason)
-         if (status == 0) write (unit, '(a)', iostat=status, iomsg=reason) header
+         if (status == 0) write (unit, '(a)', iostat=status, iomsg=reason) self%header
       end if
       if (status == 0) then
-         write (unit, '(i0,*(:,",",g0))', iostat=status, iomsg=reason) increment, values
+         do i = 1, size(values, 2)
+            if (status == 0) write (unit, '(i0,*(:,",",g0))', iostat=status, iomsg=reason) increment, values(:, i)
+         end do
          close (unit, iostat=closed)
          if (status == 0) status = closed
       end if
       self%begun = .true.
-      if (status /= 0) call raise(error, status_io_error, name//': cannot write the modes: '//trim(reason))
+      if (status /= 0) call raise(error, status_io_error, name//': cannot be written: '//trim(reason))
    end subroutine append
-end module finshell_mode_table
+end module finshell_table_file
