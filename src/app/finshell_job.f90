@@ -40,7 +40,7 @@ contains
       begin = 1
       if (present(from)) begin = from
       do i = begin, size(steps)
-         call reporter%begin_step(steps(i), i)
+         call speaker%begin_step(steps, i, problem%state)
          call change_case(problem, steps(i)%case, error)
          if (allocated(error)) return
          if (i == first .and. present(velocity) .and. .not. allocated(path%course)) &

@@ -4,7 +4,7 @@ module finshell_process
    use finshell_kinds, only: dp
    implicit none
    private
-   public :: process_t, start_process, end_with_parent, make_folder, rest
+   public :: process_t, start_process, last_words, end_with_parent, make_folder, rest
 
    type :: process_t
       integer(c_int) :: number = -1 !< -1: it could not be started
@@ -13,6 +13,7 @@ module finshell_process
    contains
       procedure :: ended
       procedure :: stop => stop_process
+      procedure :: interrupt => interrupt_process
    end type process_t
 
    interface
@@ -35,6 +36,11 @@ module finshell_process
          import :: c_int
          integer(c_int), value :: number
       end subroutine c_kill
+
+      subroutine c_interrupt(number) bind(c, name='finshell_process_interrupt')
+         import :: c_int
+         integer(c_int), value :: number
+      end subroutine c_interrupt
 
       !> End when the process that started this one does.
       subroutine end_with_parent() bind(c, name='finshell_process_end_with_parent')
@@ -91,6 +97,29 @@ contains
       class(process_t), intent(inout) :: self
       call c_kill(self%number)
    end subroutine stop_process
+
+   !> What Ctrl-C does to it.
+   subroutine interrupt_process(self)
+      class(process_t), intent(inout) :: self
+      call c_interrupt(self%number)
+   end subroutine interrupt_process
+
+   !> The last error in a file of what a run said.
+   function last_words(file) result(words)
+      character(len=*), intent(in) :: file
+      character(len=:), allocatable :: words
+      character(len=1000) :: line
+      integer :: status, unit
+      words = ''
+      open (newunit=unit, file=file, status='old', action='read', iostat=status)
+      if (status /= 0) return
+      do
+         read (unit, '(a)', iostat=status) line
+         if (status /= 0) exit
+         if (index(line, 'finshell: ') == 1 .and. index(line, 'warning: ') == 0) words = trim(line(len('finshell: ') + 1:))
+      end do
+      close (unit)
+   end function last_words
 
    !> Make a folder, or find it there.
    logical function make_folder(name) result(there)

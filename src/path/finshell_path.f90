@@ -137,7 +137,7 @@ contains
       if (resumes) then
          targets = self%targets
          call self%advance(problem, constant_ramp(step), targets, observer, error, self%done)
-         call self%history%forget()
+         if (.not. allocated(error)) call self%history%forget()
          return
       end if
       if (.not. problem%has_constants .or. problem%state%constant_factor >= 1) return
@@ -149,7 +149,7 @@ contains
       self%size = targets%first_size
       if (.not. allocated(error)) call self%progress%begin(problem%state)
       if (.not. allocated(error)) call self%advance(problem, ramp, targets, observer, error)
-      call self%history%forget()
+      if (.not. allocated(error)) call self%history%forget() ! a run that ends here may go on
    end subroutine bring_in_constants
 
    !> Increment after increment until the targets are reached.
