@@ -84,22 +84,31 @@ contains
       end do
       do i = 0, marks_up
          row = nint(rows*(marks_up - i)/real(marks_up, wp))
-         write (lines(row + 2) (:margin - 1), '(es9.2e2)') bottom + i*((top - bottom)/marks_up)
+         lines(row + 2) (:margin - 1) = label(bottom*(1 - i/real(marks_up, wp)) + top*(i/real(marks_up, wp)))
          lines(row + 2) (margin:margin) = '+'
       end do
       lines(rows + 3) (margin:) = '+'//repeat('-', columns)
       do i = 0, marks_along
          column = margin + nint(columns*i/real(marks_along, wp))
          lines(rows + 3) (column:column) = '+'
-         write (lines(rows + 4) (column - 6:column + 3), '(es9.2e2)') left + i*((right - left)/marks_along)
+         lines(rows + 4) (column - 6:column + 3) = label(left*(1 - i/real(marks_along, wp)) + right*(i/real(marks_along, wp)))
       end do
       lines(rows + 5) = repeat(' ', margin)//x_name
       do i = 1, size(x)
-         row = nint(rows*((top - y(i))/(top - bottom)))
-         column = margin + nint(columns*((x(i) - left)/(right - left)))
+         row = nint(rows*((top/2 - y(i)/2)/(top/2 - bottom/2)))
+         column = margin + nint(columns*((x(i)/2 - left/2)/(right/2 - left/2)))
          lines(row + 2) (column:column) = '*'
       end do
    end function linear_plot
+
+   !> A number at an axis, to the right.
+   pure function label(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=margin - 1) :: text
+      write (text, '(es9.2e2)') x
+      if (index(text, '*') > 0) write (text, '(es10.2e3)') x
+      text = adjustr(text)
+   end function label
 
    !> The least and the largest value, apart also where all are alike.
    pure subroutine bounds(values, low, high)

@@ -66,7 +66,7 @@ contains
                if (text(i:i) == quote) quote = ' '
                cycle
             end if
-            if (scan(text(i:i), '''"') > 0) quote = text(i:i)
+            if (scan(text(i:i), '''"') > 0 .and. scan(text(i - 1:i - 1), ' ,=') > 0) quote = text(i:i) ! it begins a word
             if (text(i:i) /= ',') cycle
          end if
          one%text = as_namelist(text(first:i - 1))
