@@ -3,18 +3,16 @@ module finshell_check_report
    use, intrinsic :: iso_fortran_env, only: output_unit
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, text_of
-   use finshell_external, only: external_t, new_external
-   use finshell_freedoms, only: rx, rz, ux, uz
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_input, only: input_t
    use finshell_kinds, only: dp, wp
+   use finshell_load_resultant, only: resultant_of
    use finshell_mechanism, only: check_mechanism
    use finshell_mesh_report, only: print_mesh
-   use finshell_rotation, only: cross_product
-   use finshell_structure, only: structure_t
    use finshell_team, only: shared
    implicit none
    private
-   public :: print_check, resultant_of
+   public :: print_check
 
 contains
 
@@ -23,15 +21,15 @@ contains
       type(input_t), intent(in) :: input
       type(equilibrium_t), intent(in) :: problem
       type(error_t), allocatable :: error
-      real(wp) :: resultant(6)
+      real(wp) :: resultant(n_nodal)
       integer :: i
 
       call print_mesh(input%structure%mesh)
       do i = 1, merge(0, size(input%structure%loads), shared(problem%team))
-         resultant = resultant_of(i, input%structure, problem)
+         resultant = resultant_of(i, input%structure, problem%equations, problem%state, problem%assembly)
          associate (load => input%structure%loads(i))
             write (output_unit, '(a)') 'Load in line '//text_of(input%load_lines(i))//' ('//trim(load%kind)//', '//load%set &
-               //') at a factor of 1: force '//triple(resultant(:3))//', moment about the origin '//triple(resultant(4:))
+               //') at a factor of 1: force '//triple(resultant(ux:uz))//', moment about the origin '//triple(resultant(rx:rz))
          end associate
       end do
       call check_mechanism(input%structure%mesh, problem%equations, error, &
@@ -42,33 +40,6 @@ contains
          write (output_unit, '(a)') 'Rigid-body motions: none is free'
       end if
    end subroutine print_check
-
-   !> Force and moment about the origin of one load on the structure as it is, for a factor of 1.
-   function resultant_of(number, structure, problem) result(resultant)
-      integer, intent(in) :: number !< of the load
-      type(structure_t), intent(in) :: structure
-      type(equilibrium_t), intent(in) :: problem
-      real(wp) :: resultant(6)
-      type(structure_t) :: alone
-      type(external_t) :: external
-      type(error_t), allocatable :: error
-      real(wp), allocatable :: force(:, :, :), bulges(:, :, :)
-      integer :: factor, i
-      resultant = 0
-      alone = structure
-      alone%loads = structure%loads(number:number)
-      call new_external(external, alone, problem%equations, error)
-      if (allocated(error)) return ! it would have been refused before
-      call external%evaluate(alone, problem%equations, problem%state, problem%assembly, force, bulges)
-      force = force + bulges
-      do factor = 1, size(force, 3)
-         do i = 1, size(force, 2)
-            resultant(:3) = resultant(:3) + force(ux:uz, i, factor)
-            resultant(4:) = resultant(4:) + force(rx:rz, i, factor) &
-               + cross_product(structure%mesh%coordinates(:, i) + problem%state%displacement(:, i), force(ux:uz, i, factor))
-         end do
-      end do
-   end function resultant_of
 
    !> Three components, what is rounding as 0.
    function triple(vector) result(text)

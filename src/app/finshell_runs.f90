@@ -166,7 +166,7 @@ contains
       character(len=:), allocatable :: arguments(:)
       integer, parameter :: shortest = 256
       integer :: longest, s
-      longest = max(shortest, len(run%file), len(options%folder), len(run%name) + 9)
+      longest = max(shortest, len(run%file), len(options%folder), len(run%name) + len("job.name=''"))
       do s = 1, size(options%settings)
          longest = max(longest, len(single_setting(options%settings(s), run%choice(s))))
       end do

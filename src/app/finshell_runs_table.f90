@@ -73,23 +73,20 @@ contains
       character(len=:), allocatable :: heading, line
       character(len=12) :: factor
       integer :: i, width
-      real(wp) :: number
-      integer :: status
       width = 4
       do i = 1, size(runs)
          width = max(width, len(runs(i)%name))
       end do
       heading = repeat(' ', width)
       heading(:4) = 'name'
-      write (output_unit, '(a)') heading//'  outcome           load factor  increments  iterations   seconds'
+      write (output_unit, '(a)') heading//'  outcome             load factor  increments  iterations   seconds'
       do i = 1, size(runs)
-         line = repeat(' ', width + 18)
+         line = repeat(' ', width + len('  ended by signal 99'))
          line(:len(runs(i)%name)) = runs(i)%name
          line(width + 3:) = runs(i)%outcome()
          factor = ''
          if (runs(i)%load_factor() /= '') then
-            read (runs(i)%table%words(2, runs(i)%increments())%text, *, iostat=status) number
-            write (factor, '(g12.5)') number
+            write (factor, '(g12.5)') number_at(runs(i)%table, 2, runs(i)%increments())
          end if
          write (output_unit, '(2a,2i12,f10.2)') line, adjustr('   '//factor), runs(i)%increments(), runs(i)%iterations(), &
             runs(i)%seconds

@@ -91,7 +91,8 @@ contains
       do i = 0, marks_along
          column = margin + nint(columns*i/real(marks_along, wp))
          lines(rows + 3) (column:column) = '+'
-         lines(rows + 4) (column - 6:column + 3) = label(left*(1 - i/real(marks_along, wp)) + right*(i/real(marks_along, wp)))
+         lines(rows + 4) (column + 4 - len(label(left)):column + 3) = &
+            label(left*(1 - i/real(marks_along, wp)) + right*(i/real(marks_along, wp)))
       end do
       lines(rows + 5) = repeat(' ', margin)//x_name
       do i = 1, size(x)

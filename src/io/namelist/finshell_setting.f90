@@ -84,30 +84,25 @@ contains
    pure function as_namelist(words) result(text)
       character(len=*), intent(in) :: words
       character(len=:), allocatable :: text
-      character(len=len(words)) :: word
+      character(len=:), allocatable :: word
       integer :: at, last
       text = ''
       at = 1
       do while (at <= len(words))
-         if (words(at:at) == ' ') then
-            at = at + 1
-            cycle
-         end if
+         last = at
          if (scan(words(at:at), '''"') > 0) then
             last = at + index(words(at + 1:), words(at:at))
             if (last == at) last = len(words)
             word = words(at:last)
-         else
+         else if (words(at:at) /= ' ') then
             last = at + index(words(at:)//' ', ' ') - 2
             word = words(at:last)
-            if (.not. is_plain(trim(word))) then
-               text = text//trim(merge(', ', '  ', text /= ''))//"'"//doubled(trim(word))//"'"
-               at = last + 1
-               cycle
-            end if
+            if (.not. is_plain(word)) word = "'"//doubled(word)//"'"
          end if
-         if (text /= '') text = text//', '
-         text = text//trim(word)
+         if (words(at:at) /= ' ') then
+            if (text /= '') text = text//', '
+            text = text//word
+         end if
          at = last + 1
       end do
    end function as_namelist

@@ -75,8 +75,8 @@ contains
       type(history_table_t), intent(in) :: table
       integer, intent(in) :: column, row
       integer :: status
-      number = 0
       read (table%words(column, row)%text, *, iostat=status) number
+      if (status /= 0) number = 0 ! `read_history` has read it before
    end function number_at
 
    !> The values of a line, without the quotes of CSV.
