@@ -45,6 +45,7 @@ class CommandLine(unittest.TestCase):
         said = self.call(*call, code=2)
         self.assertIn(words, said)
         self.assertTrue(said.startswith("finshell: "), said)
+        return said
 
     def tip(self, name="strip"):
         rows = list(csv.DictReader((self.path / f"{name}.history.csv").read_text().splitlines()))
@@ -97,6 +98,11 @@ class CommandLine(unittest.TestCase):
                 ("run", "strip.nml", "none.nml", "cannot open the file 'none.nml'")):
             with self.subTest(call):
                 self.refuse(*call, words)
+
+    def test_pointer_to_help(self):
+        self.assertTrue(self.refuse("run", "the command run needs an input file").endswith("Try: finshell --help\n"))
+        (self.path / "strip.nml").write_text(STRIP.replace("20.0 !", "0.0 !"))
+        self.assertIn("finshell: warning: strip.nml:6: &load: it moves nothing", self.call("check", "strip.nml"))
 
     def test_set(self):
         """The same as the value in the file; and the results, and what is restarted from them, keep what was set."""

@@ -4,6 +4,7 @@ NaN, and nothing written.
 
 One case a line: what is changed in a good input, and words of the answer.
 """
+import fcntl
 import os
 import re
 import struct
@@ -108,6 +109,15 @@ NAMELISTS = [
     (MONITOR, MONITOR + "\n&node_set name = 's' nodes = 1, 99 /", 8, "99"),
     (MONITOR, MONITOR + "\n&node_set name = 's' /", 8, "the set 's' is empty"),
     (MONITOR, MONITOR + "\n&element_set name = 's' elements = 0 /", 8, "expected an integer of at least 1"),
+    ("thickness = 0.1", "thickness = 0.1 direction = 1,0,0 direction_field = 'central'", 3,
+     "either a field or direction or direction_file is expected"),
+    ("density = 1.0 /\n" + SECTION, "/\n" + SECTION + "\n&load type = 'gravity' vector = 0, 0, 1 /", 4,
+     "gravity acts on element 1, whose material has no density"),
+    ("divisions = 4, 2", "divisions = 5, 2 refine = -1", 1, "a mesh coarser by 1 levels needs multiples of 2, found "),
+    ("generator = 'rectangle' lengths = 10.0, 1.0 divisions = 4, 2", "generator = 'hole' lengths = 10.0, 10.0 radius = 1.0 divisions = 3, 2",
+     1, "must be even: half of the cells go to either outer side"),
+    (SUPPORT, "&support node_set = 'edge_x0' fixed = 'ux' axes = 'given' axis_1 = 1,1,0 axis_2 = -1,1,0 /\n"
+     "&support node_set = 'edge_x0' fixed = 'rx' axes = 'given' axis_1 = 1,2,1 axis_2 = -2,1,0 /", 0, "the axes of its supports contradict each other"),
     ("thickness = 0.1", "thickness = 0.1 direction = 1,0,0 direction_file = 'd.txt'", 3, "either direction or direction_file is expected"),
 ]
 
@@ -188,6 +198,11 @@ MESHES = [
     ("m.msh", BINARY.replace(struct.pack("<i", 1), struct.pack(">i", 1)), 0, "byte 25: the byte order is that of another kind of machine"),
     ("m.msh", BINARY + b"$Nodes\n" + struct.pack("<4Q", 1, 4, 1, 4) + b"\1\0\0\0", 0, "the file ends where a number is expected"),
     ("m.msh", BINARY + b"$Nodes\n" + struct.pack("<4Q", 1 << 60, 4, 1, 4) + b"\n$EndNodes\n", 0, "a count is impossible: the file does not hold that much"),
+    ("m.msh", BINARY + b"$Nodes\n" + struct.pack("<4Q", 0, 0, 0, 0) + b"\n$EndNope\n", 0,
+     "$EndNodes is expected here: the section $Nodes holds more than it announces, or less"),
+    ("m.msh", GMSH22.replace("1 3 4", "1 2 1 3").replace("2 2 2 1 1 2", "2 2 2 1 1 2"), 0, ""),
+    ("m.msh", GMSH22.replace("$Nodes\n4", "$Nodes\n5").replace("$EndNodes", "5 0 0 0\n$EndNodes").replace("1 3 4", "5 3 4"), 0,
+     "merge them, or allow coincident nodes if a slit is meant"),
     ("m.msh", bytes(range(256)), 1, "this is no Gmsh mesh"),
     ("m.xyz", "x y z\n", 1, "this is no Gmsh mesh: it does not begin with $MeshFormat"),
     ("m.stl", "", 1, "the file is empty"),
@@ -339,6 +354,73 @@ class Malformed(unittest.TestCase):
                     else:
                         (self.path / ("model" + end)).write_bytes(content)
                     self.refuse("model" + end, line, words, command, "model")
+
+    def test_places_that_are_taken(self):
+        """Files that cannot be written, as a folder stands there; results that another run writes; what is there already."""
+        taken = "x"
+        more = "&monitor name = 'm' quantity = 'displacement' component = 'z' node_set = 'centre' /\n"
+        accuracy = GOOD.replace(LOAD, "&load type = 'traction' vector = 0, 0, 0.1 /") + "&accuracy target = 0.001 most_elements = 200 /\n"
+        for name, text, arguments, code, words in (
+                ("model.history.csv", GOOD, ("run", "-q", "model.nml"), 2, "model.history.csv"),
+                ("model~.vtkhdf", GOOD, ("run", "-q", "model.nml"), 2, "cannot create the result file: "),
+                ("model.restart~", GOOD, ("run", "-q", "model.nml"), 2, "model.restart: cannot be written: "),
+                ("model.meshes.csv", accuracy, ("run", "-q", "model.nml"), 1, "model.meshes.csv: cannot be written: "),
+                ("model.sweep.csv", GOOD, ("run", "-q", "model.nml", "--set", "section.thickness=0.1,0.2"), 1, "model.sweep.csv: cannot be written: "),
+                ("model.study.py", GOOD, ("study", "-q", "model.nml", "--levels", "2"), 1, "model.study.py: cannot be written"),
+                ("model.msh", GOOD, ("mesh", "-q", "model.nml"), 2, "model.msh"),
+                ("model.study/level_0.rung", GOOD, ("study", "model.nml", "--levels", "2"), 1, "level_0.rung: cannot be written")):
+            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
+                (Path(folder) / name / taken).mkdir(parents=True)
+                (Path(folder) / "model.nml").write_text(text + more)
+                run = subprocess.run([PROGRAM, *arguments], cwd=folder, capture_output=True, text=True, check=False, timeout=60, env=ENVIRONMENT)
+                self.assertEqual(run.returncode, code, run.stdout + run.stderr)
+                self.assertIn(words, run.stdout + run.stderr)
+                self.assertNotIn("Backtrace", run.stderr)
+        (self.path / "model.nml").write_text(GOOD)
+        (self.path / "model.study").write_text("")
+        self.refuse("model.study", 0, "this folder cannot be made", "study", "-q", "model.nml")
+        (self.path / "deck.inp").write_text(DECK)
+        (self.path / "deck.nml").write_text("")
+        self.refuse("deck.nml", 0, "it is not written: ", "convert", "deck.inp")
+        with open(self.path / "model.lock", "w", encoding="utf-8") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            self.refuse("model.lock", 0, "wait for it, or take another name (name in &job) or folder (-o)", "run", "-q", "model.nml")
+            (self.path / "model.history.csv").write_text("increment,load_factor\n1,1.0\n")
+            run = subprocess.run([PROGRAM, "info", "model"], cwd=self.path, capture_output=True, text=True, check=True, env=ENVIRONMENT)
+            self.assertIn("It runs now.", run.stdout)
+
+    def test_large_file(self):
+        """More than Fortran's default integers count; nothing of it is read."""
+        with open(self.path / "model.nml", "wb") as file:
+            file.truncate(3 * 1024**3)
+        run = subprocess.run([PROGRAM, "check", "model.nml"], cwd=self.path, capture_output=True, text=True, check=False, timeout=60)
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("cannot read the file 'model.nml': it is no ordinary file or larger than 2 GiB", run.stderr)
+
+    def test_restart_with_another_input(self):
+        (self.path / "model.nml").write_text(GOOD)
+        subprocess.run([PROGRAM, "run", "-q", "model.nml"], cwd=self.path, check=True, env=ENVIRONMENT, capture_output=True)
+        for old, new, line, words in (("thickness = 0.1", "thickness = 0.1 offset = 0.01", 3, "the run had no such key"),
+                                      (LOAD, "&accuracy target = 0.1 /", 5, "&accuracy: a run that goes on keeps its mesh")):
+            (self.path / "other.nml").write_text(GOOD.replace(old, new))
+            self.refuse("other.nml", line, words, "restart", "model", "other.nml")
+
+    def test_runs_that_stop(self):
+        """What is found in the course of a run: exit code 1, one sentence."""
+        for old, new, words in (
+                (LOAD + "\n" + STEP, "&load type = 'pressure' pressure = 1.0 /\n&step control = 'buckling' /",
+                 "pressure is not conservative, as part of the edge of the pressurised elements is free to move"),
+                (STEP, "&step control = 'explicit' duration = 1.0 /\n&load type = 'pressure' pressure = 1e9 /",
+                 "; or the motion is unstable and needs shorter increments (safety or largest_increment)"),
+                ("load_factor = 1.0", "control = 'dynamic' duration = 1.0 first_increment = 0.1 maximum_increments = 2", "the most that are allowed")):
+            with self.subTest(words):
+                self.assertIn(old, GOOD)
+                (self.path / "model.nml").write_text(GOOD.replace(old, new))
+                run = subprocess.run([PROGRAM, "run", "-q", "model.nml"], cwd=self.path, capture_output=True, text=True, check=False, timeout=60,
+                                     env=ENVIRONMENT)
+                self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
+                self.assertIn(words, run.stderr)
+                self.assertEqual(len(run.stderr.splitlines()), 1)
 
     def test_enough(self):
         self.assertGreaterEqual(len(NAMELISTS) + len(MESHES) + 2 * len(DECKS), 100)
