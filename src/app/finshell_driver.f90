@@ -42,6 +42,9 @@ module finshell_driver
    private
    public :: main
 
+   !> Commands that are no work to share.
+   character(len=10), parameter :: for_one(*) = [character(len=10) :: 'mesh', 'convert', 'info', 'history', 'completion', 'man']
+
 contains
 
    !> Run the program; `code` is its exit code: 0 done, 1 the analysis stopped early (results so far are kept), 2 wrong input.
@@ -56,6 +59,10 @@ contains
       code = exit_input
       if (allocated(complaint)) then
          if (leads(options%team)) write (error_unit, '(a)') 'finshell: '//complaint, 'Try: finshell --help'
+         return
+      end if
+      if (any(options%command == for_one) .and. .not. leads(options%team)) then
+         code = exit_ok ! the first process of a team does it
          return
       end if
       select case (options%command)

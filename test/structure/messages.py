@@ -66,7 +66,7 @@ def messages(root):
             if not call or "subroutine" in statement:
                 continue
             # literals side by side are one sentence
-            found = [p.strip() for p in literals(re.sub(r"'//'|\"//\"", "", statement[call.start():]))]
+            found = [p.strip(" :;,.'\"()") for p in literals(re.sub(r"(?<!')' *// *'(?!')|\" *// *\"", "", statement[call.start():]))]
             found = [p for p in found if len(re.sub(r"[^A-Za-z]", "", p)) >= 8 and " " in p.strip()]
             if found:
                 yield os.path.relpath(path, root), line, found
@@ -82,7 +82,7 @@ def expectations(root):
         text = re.sub(r"\"\s*\n\s*f?\"", "", text)
         for string in re.findall(r"'((?:[^'\n]|'')*)'|\"((?:[^\"\n]|\\\"|\"\")*)\"", text):
             for part in string:
-                part = part.replace("''", "'").strip()
+                part = part.replace("''", "'").strip(" :;,.'\"()")
                 if len(part) >= LEAST and re.search("[A-Za-z]{3}", part):
                     strings.add(part)
     return strings
