@@ -1,5 +1,6 @@
 !> Reading whole files, and words: what the readers of input files share.
 module finshell_text
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_null_char, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: int64
    use finshell_error, only: error_t, raise
    use finshell_status, only: status_io_error
@@ -9,6 +10,16 @@ module finshell_text
    public :: figures
 
    character(len=*), parameter :: figures = '0123456789'
+
+   interface
+      !> The nearest number to a decimal one. Fortran's READ does the same by the same function, at thirty times the cost.
+      pure function c_strtod(text, rest) bind(c, name='strtod') result(value)
+         import :: c_char, c_double, c_ptr
+         character(kind=c_char), intent(in) :: text(*)
+         type(c_ptr), value :: rest !< null
+         real(c_double) :: value
+      end function c_strtod
+   end interface
 
 contains
 
@@ -84,16 +95,24 @@ contains
       character(len=*), intent(in) :: word
       integer(int64), intent(out) :: value
       logical, intent(out) :: ok
-      integer :: first, status
+      integer :: digit, first, i
+      logical :: negative
 
       value = 0
       ok = .false.
       if (len(word) == 0 .or. len(word) > 20) return
-      first = 1
-      if (word(1:1) == '+' .or. word(1:1) == '-') first = 2
-      if (first > len(word) .or. verify(word(first:), figures) /= 0) return
-      read (word, '(i20)', iostat=status) value
-      ok = status == 0
+      negative = word(1:1) == '-'
+      first = merge(2, 1, negative .or. word(1:1) == '+')
+      if (first > len(word)) return
+      do i = first, len(word)
+         if (.not. is_digit(word(i:i))) exit
+         digit = iachar(word(i:i)) - iachar('0')
+         if (value > (huge(value) - digit)/10) exit
+         value = 10*value + digit
+      end do
+      ok = i > len(word)
+      if (.not. ok) value = 0
+      if (negative) value = -value
    end subroutine parse_integer
 
    !> A decimal number with optional sign, point and exponent (e or d); ok is false for anything else, NaN, and overflow.
@@ -102,8 +121,10 @@ contains
       character(len=*), intent(in) :: word
       real(wp), intent(out) :: value
       logical, intent(out) :: ok
-      character(len=4) :: width
-      integer :: i, digits, before_point, status, exponent
+      character(len=len(word) + 1) :: number
+      integer(int64) :: exponent
+      integer :: i, digits, before_point
+      logical :: whole
 
       value = 0
       ok = .false.
@@ -129,16 +150,17 @@ contains
          else if (.not. is_digit(word(i + 1:i + 1))) then
             return
          end if
-         read (word(i + 1:), '(i8)', iostat=status) exponent
-         if (status /= 0) return
+         call parse_integer(word(i + 1:), exponent, whole)
+         if (.not. whole) return
       else
          exponent = 0
       end if
       ! A conversion that overflows would trap where overflow traps.
       if (exponent + before_point - 1 > range(value)) return
-      write (width, '(i0)') len(word)
-      read (word, '(f'//trim(width)//'.0)', iostat=status) value
-      ok = status == 0
+      number = word//c_null_char
+      if (i <= len(word)) number(i:i) = 'e'
+      value = real(c_strtod(number, c_null_ptr), wp)
+      ok = .true.
    end subroutine parse_real
 
    pure subroutine skip_digits(word, i, digits)
