@@ -127,6 +127,7 @@ contains
 
       code = exit_input
       speaks = leads(options%team)
+      if (options%child .or. allocated(options%rung)) call end_with_parent()
       call to_openmp()
       call write_failures_return()
       if (options%command == 'restart') then
@@ -139,7 +140,6 @@ contains
       end if
       call agree(options%team, error)
       if (complain(error, speaks)) return
-      if (options%child .or. allocated(options%rung)) call end_with_parent()
       if (allocated(options%rung)) then
          input%name = options%rung
          call watch_rung(input)

@@ -30,8 +30,9 @@ contains
       code = exit_input
       call read_history(base_of(options%results)//'.history.csv', table, error)
       if (.not. allocated(error)) call choose_columns(options, table, columns, error)
-      if (.not. allocated(error) .and. size(table%words, 2) == 0) call raise(error, status_input_error, table%file &
-         //': no increment has converged yet')
+      if (.not. allocated(error)) then
+         if (size(table%words, 2) == 0) call raise(error, status_input_error, table%file//': no increment has converged yet')
+      end if
       if (allocated(error)) then
          write (error_unit, '(a)') 'finshell: '//error%message
          return

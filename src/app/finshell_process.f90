@@ -4,7 +4,15 @@ module finshell_process
    use finshell_kinds, only: dp
    implicit none
    private
-   public :: process_t, start_process, last_words, end_with_parent, make_folder, rest
+   public :: arguments_t, process_t, start_process, last_words, end_with_parent, make_folder, rest
+
+   !> Of a command line, one after the other.
+   type :: arguments_t
+      integer, private :: number = 0
+      character(len=:), allocatable, private :: joined !< each with its zero
+   contains
+      procedure :: add
+   end type arguments_t
 
    type :: process_t
       integer(c_int) :: number = -1 !< -1: it could not be started
@@ -61,21 +69,30 @@ module finshell_process
 
 contains
 
+   !> One more, or an option and its value.
+   subroutine add(self, word, value)
+      class(arguments_t), intent(inout) :: self
+      character(len=*), intent(in) :: word
+      character(len=*), intent(in), optional :: value
+      if (.not. allocated(self%joined)) self%joined = ''
+      self%joined = self%joined//word//c_null_char
+      self%number = self%number + 1
+      if (.not. present(value)) return
+      self%joined = self%joined//value//c_null_char
+      self%number = self%number + 1
+   end subroutine add
+
    !> Start this program with some arguments. What it says goes to the file `output`.
    subroutine start_process(process, arguments, output)
       type(process_t), intent(out) :: process
-      character(len=*), intent(in) :: arguments(:) !< blanks at their ends do not count
+      type(arguments_t), intent(in) :: arguments
       character(len=*), intent(in) :: output
-      character(len=:), allocatable :: joined, program
-      integer :: i, length
-      joined = ''
-      do i = 1, size(arguments)
-         joined = joined//trim(arguments(i))//c_null_char
-      end do
+      character(len=:), allocatable :: program
+      integer :: length
       call get_command_argument(0, length=length)
       allocate (character(len=length) :: program)
       call get_command_argument(0, program)
-      process%number = c_start(program//c_null_char, size(arguments), joined, output//c_null_char)
+      process%number = c_start(program//c_null_char, arguments%number, arguments%joined, output//c_null_char)
    end subroutine start_process
 
    !> Has it ended? Then exit code and time are known; it may be asked once only.

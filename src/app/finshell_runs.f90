@@ -9,7 +9,7 @@ module finshell_runs
    use finshell_interrupt, only: interrupted, is_terminal, watch_interrupts
    use finshell_kinds, only: wp
    use finshell_options, only: exit_incomplete, exit_input, exit_interrupted, exit_ok, options_t
-   use finshell_process, only: last_words, process_t, rest, start_process
+   use finshell_process, only: arguments_t, last_words, process_t, rest, start_process
    use finshell_runs_table, only: print_runs, run_t, write_sweep
    use finshell_setting, only: single_setting
    use finshell_status, only: status_input_error
@@ -163,20 +163,16 @@ contains
       type(options_t), intent(in) :: options
       type(run_t), intent(in) :: run
       type(process_t), intent(inout) :: process
-      character(len=:), allocatable :: arguments(:)
-      integer, parameter :: shortest = 256
-      integer :: longest, s
-      longest = max(shortest, len(run%file), len(options%folder), len(run%name) + len("job.name=''"))
+      type(arguments_t) :: arguments
+      integer :: s
+      call arguments%add('run', run%file)
+      call arguments%add('--refine', text_of(options%refine))
+      call arguments%add('--child')
+      if (options%folder /= '') call arguments%add('-o', options%folder(:len(options%folder) - 1))
       do s = 1, size(options%settings)
-         longest = max(longest, len(single_setting(options%settings(s), run%choice(s))))
+         call arguments%add('--set', single_setting(options%settings(s), run%choice(s)))
       end do
-      arguments = [character(len=longest) :: 'run', run%file, '--refine', text_of(options%refine), '--child']
-      if (options%folder /= '') arguments = [arguments, [character(len=longest) :: '-o', &
-                                                         options%folder(:len(options%folder) - 1)]]
-      do s = 1, size(options%settings)
-         arguments = [arguments, [character(len=longest) :: '--set', single_setting(options%settings(s), run%choice(s))]]
-      end do
-      if (run%name /= run%base) arguments = [arguments, [character(len=longest) :: '--set', "job.name='"//run%name//"'"]]
+      if (run%name /= run%base) call arguments%add('--set', "job.name='"//run%name//"'")
       call start_process(process, arguments, options%folder//run%name//'.log')
    end subroutine start
 

@@ -12,7 +12,7 @@ module finshell_study
    use finshell_kinds, only: wp
    use finshell_ladder, only: new_study, predicted_cost, rung_done, rung_failed, rung_left, rung_planned, rung_t, study_t
    use finshell_options, only: exit_incomplete, exit_input, exit_interrupted, exit_ok, options_t
-   use finshell_process, only: last_words, make_folder, process_t, rest, start_process
+   use finshell_process, only: arguments_t, last_words, make_folder, process_t, rest, start_process
    use finshell_rung, only: read_rung, watch_rung, watches_load
    use finshell_setting, only: single_setting
    use finshell_step, only: control_frequencies, is_mode
@@ -228,16 +228,18 @@ contains
       character(len=*), intent(in) :: folder
       integer, intent(in) :: level, threads
       type(running_t), intent(inout) :: running
-      integer, parameter :: longest = 4096
-      character(len=longest), allocatable :: arguments(:)
+      type(arguments_t) :: arguments
       integer :: i
       running%name = 'level_'//text_of(level)
       call remove_in_system(folder//'/'//running%name//'.rung')
       call set_environment('OMP_NUM_THREADS', text_of(threads))
-      arguments = [character(len=longest) :: 'run', options%input, '--refine', text_of(level), '--rung', running%name, &
-                   '-o', folder, '-q']
+      call arguments%add('run', options%input)
+      call arguments%add('--refine', text_of(level))
+      call arguments%add('--rung', running%name)
+      call arguments%add('-o', folder)
+      call arguments%add('-q')
       do i = 1, size(options%settings)
-         arguments = [arguments, [character(len=longest) :: '--set', single_setting(options%settings(i), 1)]]
+         call arguments%add('--set', single_setting(options%settings(i), 1))
       end do
       call system_clock(running%since)
       call start_process(running%process, arguments, folder//'/'//running%name//'.log')

@@ -203,7 +203,7 @@ class BadInput(unittest.TestCase):
         self.assertTrue((Path(self.folder.name) / "model.vtkhdf").stat().st_size > 1000)
 
     def test_command_line(self):
-        for arguments, words in (([], "command"), (["walk"], "walk"), (["run"], "input file"), (["run", "a", "b"], "'b'"),
+        for arguments, words in (([], "command"), (["walk"], "walk"), (["run"], "input file"), (["check", "a", "b"], "'b'"),
                                  (["run", "--fast", "a"], "--fast")):
             result = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, check=False)
             self.assertEqual(result.returncode, 2)
