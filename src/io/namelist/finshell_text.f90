@@ -1,7 +1,6 @@
 !> Reading whole files, and words: what the readers of input files share.
 module finshell_text
-   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_null_char, c_null_ptr, c_ptr
-   use, intrinsic :: iso_fortran_env, only: int64
+   use, intrinsic :: iso_fortran_env, only: int64, real64
    use finshell_error, only: error_t, raise
    use finshell_status, only: status_io_error
    implicit none
@@ -10,16 +9,10 @@ module finshell_text
    public :: figures
 
    character(len=*), parameter :: figures = '0123456789'
-
-   interface
-      !> The nearest number to a decimal one. Fortran's READ does the same by the same function, at thirty times the cost.
-      pure function c_strtod(text, rest) bind(c, name='strtod') result(value)
-         import :: c_char, c_double, c_ptr
-         character(kind=c_char), intent(in) :: text(*)
-         type(c_ptr), value :: rest !< null
-         real(c_double) :: value
-      end function c_strtod
-   end interface
+   integer, parameter :: most_digits = 18 !< of a number that fits into an integer of 64 bits, whatever it is
+   integer, parameter :: digits_of_double = digits(1.0_real64) !< integers up to two to this power are double numbers
+   integer :: i_power
+   real(real64), parameter :: powers(0:22) = [(10.0_real64**i_power, i_power=0, 22)] !< all that are double numbers
 
 contains
 
@@ -95,24 +88,22 @@ contains
       character(len=*), intent(in) :: word
       integer(int64), intent(out) :: value
       logical, intent(out) :: ok
-      integer :: digit, first, i
-      logical :: negative
+      integer :: first, status
 
       value = 0
       ok = .false.
       if (len(word) == 0 .or. len(word) > 20) return
-      negative = word(1:1) == '-'
-      first = merge(2, 1, negative .or. word(1:1) == '+')
-      if (first > len(word)) return
-      do i = first, len(word)
-         if (.not. is_digit(word(i:i))) exit
-         digit = iachar(word(i:i)) - iachar('0')
-         if (value > (huge(value) - digit)/10) exit
-         value = 10*value + digit
-      end do
-      ok = i > len(word)
-      if (.not. ok) value = 0
-      if (negative) value = -value
+      first = 1
+      if (word(1:1) == '+' .or. word(1:1) == '-') first = 2
+      if (first > len(word) .or. verify(word(first:), figures) /= 0) return
+      if (len(word) - first < most_digits) then
+         value = figures_of(word(first:))
+         if (word(1:1) == '-') value = -value
+         ok = .true.
+      else
+         read (word, '(i20)', iostat=status) value
+         ok = status == 0
+      end if
    end subroutine parse_integer
 
    !> A decimal number with optional sign, point and exponent (e or d); ok is false for anything else, NaN, and overflow.
@@ -121,16 +112,16 @@ contains
       character(len=*), intent(in) :: word
       real(wp), intent(out) :: value
       logical, intent(out) :: ok
-      character(len=len(word) + 1) :: number
-      integer(int64) :: exponent
-      integer :: i, digits, before_point
-      logical :: whole
+      character(len=4) :: width
+      integer :: i, digits, before_point, first, last, status, exponent
+      integer(int64) :: mantissa
 
       value = 0
       ok = .false.
       if (len(word) == 0 .or. len(word) > 999) return
       i = 1
       if (word(1:1) == '+' .or. word(1:1) == '-') i = 2
+      first = i
       digits = 0
       call skip_digits(word, i, digits)
       before_point = digits
@@ -141,6 +132,7 @@ contains
          end if
       end if
       if (digits == 0) return
+      last = i - 1
       if (i <= len(word)) then
          if (scan(word(i:i), 'eEdD') == 0) return
          if (i == len(word) .or. len(word) - i > 6) return
@@ -150,18 +142,42 @@ contains
          else if (.not. is_digit(word(i + 1:i + 1))) then
             return
          end if
-         call parse_integer(word(i + 1:), exponent, whole)
-         if (.not. whole) return
+         read (word(i + 1:), '(i8)', iostat=status) exponent
+         if (status /= 0) return
       else
          exponent = 0
       end if
+      ! Both are exact as double numbers here, so their quotient or product is rounded once, as it must be.
+      if (digits <= most_digits .and. precision(value) == precision(powers)) then
+         mantissa = figures_of(word(first:last))
+         exponent = exponent - (digits - before_point)
+         if (mantissa <= 2_int64**digits_of_double .and. abs(exponent) <= ubound(powers, 1)) then
+            value = real(mantissa, kind(value))
+            if (exponent < 0) value = value/powers(-exponent)
+            if (exponent > 0) value = value*powers(exponent)
+            if (word(1:1) == '-') value = -value
+            ok = .true.
+            return
+         end if
+         exponent = exponent + (digits - before_point)
+      end if
       ! A conversion that overflows would trap where overflow traps.
       if (exponent + before_point - 1 > range(value)) return
-      number = word//c_null_char
-      if (i <= len(word)) number(i:i) = 'e'
-      value = real(c_strtod(number, c_null_ptr), wp)
-      ok = .true.
+      write (width, '(i0)') len(word)
+      read (word, '(f'//trim(width)//'.0)', iostat=status) value
+      ok = status == 0
    end subroutine parse_real
+
+   !> The number that at most most_digits figures make, a point among them left out.
+   pure function figures_of(word) result(number)
+      character(len=*), intent(in) :: word
+      integer(int64) :: number
+      integer :: i
+      number = 0
+      do i = 1, len(word)
+         if (word(i:i) /= '.') number = 10*number + (iachar(word(i:i)) - iachar('0'))
+      end do
+   end function figures_of
 
    pure subroutine skip_digits(word, i, digits)
       character(len=*), intent(in) :: word
