@@ -204,13 +204,13 @@ contains
       end if
       if (speaks) call reporter%checkpoint%attach(problem, path, input%output%restart, new_head(options, input))
       reporter%checkpoint%step = first
+      call watch_interrupts(speaks .and. .not. options%quiet) ! from here on there is something to keep
       if (speaks) call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%output, levels, error)
       if (reporter%continues .and. input%output%fields .and. .not. allocated(error)) &
          call reporter%results%log_line('went on after increment '//text_of(reporter%continued), error)
       call agree(options%team, error)
       if (complain(error, speaks)) return
       call speaker%take(reporter, options%team)
-      call watch_interrupts(speaks .and. .not. options%quiet)
       call follow_steps(input%steps, problem, path, reporter, speaker, error, input%velocity, first)
       if (allocated(input%accuracy) .and. .not. allocated(error)) &
          call adapt(options, bisection, input, problem, path, reporter, speaker, error)

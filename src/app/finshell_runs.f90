@@ -62,7 +62,7 @@ contains
       do i = 1, size(runs)
          if (runs(i)%code == exit_incomplete .or. runs(i)%code > exit_interrupted) code = max(code, exit_incomplete)
       end do
-      if (any(runs%code == exit_interrupted .or. runs%code < 0)) code = exit_interrupted
+      if (interrupted() .or. any(runs%code == exit_interrupted .or. runs%code < 0)) code = exit_interrupted
       if (any(runs%code == exit_input)) code = exit_input
       if (.not. allocated(error)) return
       write (error_unit, '(a)') 'finshell: '//error%message
