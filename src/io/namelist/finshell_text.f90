@@ -10,7 +10,7 @@ module finshell_text
    public :: figures
 
    character(len=*), parameter :: figures = '0123456789'
-   integer, parameter :: most_digits = 18 !< of a number that fits into an integer of 64 bits, whatever it is
+   integer, parameter :: most_digits = range(1_int64) !< of a number that fits into an integer of 64 bits, whatever it is
    integer, parameter :: digits_of_double = digits(1.0_real64) !< integers up to two to this power are double numbers
    integer :: i_power
    real(real64), parameter :: powers(0:22) = [(10.0_real64**i_power, i_power=0, 22)] !< all that are double numbers
