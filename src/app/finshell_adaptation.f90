@@ -228,7 +228,7 @@ contains
          if (size(shares) > size(weights) .and. size(shares) + 3*count(chosen) > input%accuracy%most_elements) exit
          before = next
          call cut(bisection, before, chosen)
-         call read_input(options%input, next, error, options%refine, bisection)
+         call read_input(options%input, next, error, options%refine, bisection, options%settings)
          if (allocated(error)) return
          associate (old => before%structure)
             if (.not. is_linear(input)) &

@@ -10,22 +10,29 @@ module finshell_driver
    use finshell_blas_threads, only: to_openmp
    use finshell_checkpoint, only: restore
    use finshell_convert, only: convert
+   use finshell_check_report, only: print_check
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, raise, text_of
+   use finshell_help, only: print_completion, print_help, print_manual
+   use finshell_history_view, only: show_history
    use finshell_imperfect, only: apply_given, apply_modes
+   use finshell_info, only: show_info
    use finshell_input, only: input_t, read_input
    use finshell_input_imperfection, only: modes_end
+   use finshell_interrupt, only: watch_interrupts
    use finshell_iteration_log, only: iteration_log_t
    use finshell_mesh_report, only: report_mesh
    use finshell_monitor, only: restart_none
    use finshell_monitoring, only: slack_share
-   use finshell_options, only: exit_incomplete, exit_input, exit_ok, options_t, print_help, read_command_line
+   use finshell_options, only: exit_incomplete, exit_input, exit_interrupted, exit_ok, options_t, read_command_line
+   use finshell_observer, only: stop_is_wanted
    use finshell_path, only: path_t
    use finshell_process, only: end_with_parent
    use finshell_reporter, only: reporter_t
    use finshell_resume, only: find_record, new_head, resume_t, resumed_input
    use finshell_restart_file, only: restart_head_t
    use finshell_rung, only: watch_rung, write_rung
+   use finshell_runs, only: is_several, several_runs
    use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
    use finshell_step, only: is_in_time
@@ -38,6 +45,9 @@ module finshell_driver
    implicit none
    private
    public :: main
+
+   !> Commands that are no work to share.
+   character(len=10), parameter :: for_one(*) = [character(len=10) :: 'mesh', 'convert', 'info', 'history', 'completion', 'man']
 
 contains
 
@@ -55,13 +65,31 @@ contains
          if (leads(options%team)) write (error_unit, '(a)') 'finshell: '//complaint, 'Try: finshell --help'
          return
       end if
+      if (any(options%command == for_one) .and. .not. leads(options%team)) then
+         code = exit_ok ! the first process of a team does it
+         return
+      end if
       select case (options%command)
-      case ('run'); call run(options, .true., code)
+      case ('run')
+         if (is_several(options)) then
+            call run_several(options, code)
+         else
+            call run(options, .true., code)
+         end if
       case ('check'); call run(options, .false., code)
       case ('study'); call study(options, code)
       case ('convert'); call convert(options, code)
       case ('mesh'); call report_mesh(options, code)
       case ('restart'); call run(options, .true., code)
+      case ('info'); call show_info(options, code)
+      case ('history'); call show_history(options, code)
+      case ('man')
+         call print_manual()
+         code = exit_ok
+      case ('completion')
+         if (print_completion(options%input)) code = exit_ok
+         if (code /= exit_ok) write (error_unit, '(a)') "finshell: no completion for '"//options%input &
+            //"'; expected bash, zsh or fish"
       case ('version')
          if (leads(options%team)) write (output_unit, '(a)') 'finshell '//version
          code = exit_ok
@@ -70,6 +98,19 @@ contains
          code = exit_ok
       end select
    end subroutine main
+
+   !> Several runs are processes of their own.
+   subroutine run_several(options, code)
+      type(options_t), intent(in) :: options
+      integer, intent(out) :: code
+      code = exit_input
+      if (associated(options%team)) then
+         if (leads(options%team)) write (error_unit, '(a)') 'finshell: several runs are processes of their own: take finshell, ' &
+            //'not finshell_mpi'
+      else
+         call several_runs(options, code)
+      end if
+   end subroutine run_several
 
    !> Check the input and, with `solve`, follow the path through all steps.
    subroutine run(options, solve, code)
@@ -87,11 +128,12 @@ contains
       type(bisection_t) :: bisection
       type(error_t), allocatable :: error, late
       real(wp), allocatable :: levels(:)
-      logical :: speaks
+      logical :: speaks, stopped
       integer :: first, i
 
       code = exit_input
       speaks = leads(options%team)
+      if (options%child .or. allocated(options%rung)) call end_with_parent()
       call to_openmp()
       call write_failures_return()
       if (options%command == 'restart') then
@@ -100,13 +142,12 @@ contains
          if (.not. allocated(error)) call find_record(options, resume, error)
          if (.not. allocated(error)) call resumed_input(options, resume, input, error)
       else
-         call read_input(options%input, input, error, options%refine, bisection)
+         call read_input(options%input, input, error, options%refine, bisection, options%settings)
          call apply_given(input, error)
       end if
       call agree(options%team, error)
       if (complain(error, speaks)) return
       if (allocated(options%rung)) then
-         call end_with_parent()
          input%name = options%rung
          call watch_rung(input)
          if (allocated(input%accuracy)) deallocate (input%accuracy) ! a study refines as a whole
@@ -141,6 +182,7 @@ contains
          if (.not. options%quiet) call print_model(options, input, problem)
       end if
       if (.not. solve) then
+         if (speaks .and. .not. options%quiet) call print_check(input, problem)
          if (.not. options%quiet) call print_effort(problem, options%factor, speaks, error)
          if (complain(error, speaks)) return
          if (speaks) write (output_unit, '(a)') 'The input is complete and consistent.'
@@ -178,6 +220,7 @@ contains
       end if
       if (speaks) call reporter%checkpoint%attach(problem, path, input%outputs(1)%restart, head)
       reporter%checkpoint%step = first
+      call watch_interrupts(speaks .and. .not. options%quiet) ! from here on there is something to keep
       if (speaks .and. (input%outputs(1)%verbose .or. options%verbose)) then
          call log%open(options%folder//input%name//'.iterations.log', options%quiet, reporter%continues, error)
          problem%listener => log
@@ -185,12 +228,24 @@ contains
       if (speaks .and. .not. allocated(error)) &
          call reporter%open(options%folder//input%name, input%text, problem, input%monitors, input%outputs, &
                             input%probes, levels, error)
+      if (reporter%continues .and. input%outputs(1)%fields .and. .not. allocated(error)) &
+         call reporter%parts(1)%file%log_line('went on after increment '//text_of(reporter%continued), error)
       call agree(options%team, error)
       if (complain(error, speaks)) return
       call speaker%take(reporter, options%team)
       call follow_steps(input%steps, problem, path, reporter, speaker, error, input%velocity, first)
       if (allocated(input%accuracy) .and. .not. allocated(error)) &
          call adapt(options, bisection, input, problem, path, reporter, speaker, error)
+      call speaker%line%clear()
+      stopped = .false.
+      if (allocated(error)) stopped = error%code == stop_is_wanted
+      if (stopped .and. speaks .and. allocated(path%course)) then
+         call reporter%checkpoint%note(.false., .true., late)
+         ! between two rows the fields are those of neither
+         if (abs(problem%state%time - reporter%last%motion%time) > 0) reporter%last_written = reporter%last%increment
+      end if
+      if (stopped) error%message = interrupt_text(options, input)
+      if (speaks .and. input%outputs(1)%fields) call reporter%parts(1)%file%log_line(ending_text(error), late)
       if (speaks) call reporter%finish(problem%state, late)
       nullify (problem%listener)
       call log%close()
@@ -200,8 +255,28 @@ contains
          reporter%final, error)
       if (speaks) call print_summary(options, input, problem, path, reporter, allocated(error))
       code = exit_ok
-      if (complain(error, speaks)) code = exit_incomplete
+      if (complain(error, speaks)) code = merge(exit_interrupted, exit_incomplete, stopped)
    end subroutine run
+
+   !> What can be done after an interrupt.
+   function interrupt_text(options, input) result(text)
+      type(options_t), intent(in) :: options
+      type(input_t), intent(in) :: input
+      character(len=:), allocatable :: text
+      text = 'interrupted: finshell restart '//options%folder//input%name//' goes on from here'
+      if (input%output%restart == restart_none) text = 'interrupted; this run cannot go on, as it keeps nothing for a restart' &
+         //trim(merge(' (&accuracy)                  ', ' (restart = ''none'' in &output)', allocated(input%accuracy)))
+   end function interrupt_text
+
+   !> How a run has ended, for the results.
+   function ending_text(error) result(text)
+      type(error_t), allocatable, intent(in) :: error
+      character(len=:), allocatable :: text
+      text = 'done'
+      if (.not. allocated(error)) return
+      text = 'stopped early: '//error%message
+      if (error%code == stop_is_wanted) text = 'interrupted'
+   end function ending_text
 
    !> Print an error, if there is one and this process speaks.
    logical function complain(error, speaks)

@@ -54,7 +54,7 @@ contains
       begin = 1
       if (present(from)) begin = from
       do i = begin, size(steps)
-         call reporter%begin_step(steps(i), i)
+         call speaker%begin_step(steps, i, problem%state)
          call follow_step(steps, i, problem, path, speaker, error, velocity, resumes=i == begin)
          if (.not. allocated(error) .and. (leaves_state(steps(i)%control) .or. is_in_time(steps(i)%control))) &
             call reporter%checkpoint%end_step(i, error)

@@ -5,12 +5,12 @@ module finshell_mesh_report
    use finshell_gmsh_writer, only: write_gmsh
    use finshell_input, only: input_t, read_input
    use finshell_kinds, only: dp
-   use finshell_mesh, only: edge_set_names, element_text, find_edge_set, mesh_area
+   use finshell_mesh, only: edge_set_names, element_text, find_edge_set, mesh_area, mesh_t
    use finshell_mesh_quality, only: mesh_quality, quality_t
    use finshell_options, only: exit_input, exit_ok, options_t
    implicit none
    private
-   public :: report_mesh
+   public :: report_mesh, print_mesh
 
 contains
 
@@ -20,13 +20,11 @@ contains
       type(options_t), intent(in) :: options
       integer, intent(out) :: code
       type(input_t) :: input
-      type(quality_t) :: q
       type(error_t), allocatable :: error
       character(len=:), allocatable :: file
-      integer :: i
 
       code = exit_input
-      call read_input(options%input, input, error, options%refine)
+      call read_input(options%input, input, error, options%refine, settings=options%settings)
       file = ''
       if (.not. allocated(error)) then
          file = options%folder//input%name//'.msh'
@@ -38,37 +36,43 @@ contains
       end if
       code = exit_ok
       if (options%quiet) return
-      associate (mesh => input%structure%mesh)
-         q = mesh_quality(mesh)
-         write (output_unit, '(a)') text_of(size(mesh%coordinates, 2))//' nodes, '//text_of(size(mesh%triangles, 2)) &
-            //' triangles, '//text_of(q%parts)//' connected part'//trim(merge('s', ' ', q%parts > 1))//', area ' &
-            //text_of(real(mesh_area(mesh), dp))
-         if (allocated(mesh%notes)) then
-            if (mesh%notes /= '') write (output_unit, '(a)') 'From the file: '//mesh%notes
-         end if
-         do i = 1, 3
-            write (output_unit, '(a)') achar(iachar('x') + i - 1)//' from '//text_of(real(minval(mesh%coordinates(i, :)), dp)) &
-               //' to '//text_of(real(maxval(mesh%coordinates(i, :)), dp))
-         end do
-         write (output_unit, '(a)') 'Sides from '//text_of(real(q%shortest, dp))//' to '//text_of(real(q%longest, dp)) &
-            //'; smallest angle '//text_of(real(q%angle, dp))//' degrees; longest side over height at most ' &
-            //text_of(real(q%aspect, dp))//' ('//element_text(mesh, q%worst)//')'
-         write (output_unit, '(a)') 'Neighbours meet at up to '//text_of(real(q%kink, dp))//' degrees; '//text_of(q%free) &
-            //' free edges; '//text_of(q%junctions)//' edges of more than two triangles'
-         write (output_unit, '(a)') 'Node sets:'
-         do i = 1, size(mesh%node_sets)
-            if (find_edge_set(mesh, mesh%node_sets(i)%name) > 0) cycle
-            write (output_unit, '(a)') '  '//mesh%node_sets(i)%name//': '//text_of(size(mesh%node_sets(i)%members))
-         end do
-         if (edge_set_names(mesh) /= '(none)') write (output_unit, '(a)') 'Edge sets, which are node sets too:'
-         do i = 1, size(mesh%edge_sets)
-            write (output_unit, '(a)') '  '//mesh%edge_sets(i)%name//': '//text_of(size(mesh%edge_sets(i)%edges, 2))//' edges'
-         end do
-         write (output_unit, '(a)') 'Element sets:'
-         do i = 1, size(mesh%element_sets)
-            write (output_unit, '(a)') '  '//mesh%element_sets(i)%name//': '//text_of(size(mesh%element_sets(i)%members))
-         end do
-      end associate
+      call print_mesh(input%structure%mesh)
       write (output_unit, '(a)') 'Written: '//file
    end subroutine report_mesh
+
+   !> Size, quality and sets of a mesh.
+   subroutine print_mesh(mesh)
+      type(mesh_t), intent(in) :: mesh
+      type(quality_t) :: q
+      integer :: i
+      q = mesh_quality(mesh)
+      write (output_unit, '(a)') text_of(size(mesh%coordinates, 2))//' nodes, '//text_of(size(mesh%triangles, 2)) &
+         //' triangles, '//text_of(q%parts)//' connected part'//trim(merge('s', ' ', q%parts > 1))//', area ' &
+         //text_of(real(mesh_area(mesh), dp))
+      if (allocated(mesh%notes)) then
+         if (mesh%notes /= '') write (output_unit, '(a)') 'From the file: '//mesh%notes
+      end if
+      do i = 1, 3
+         write (output_unit, '(a)') achar(iachar('x') + i - 1)//' from '//text_of(real(minval(mesh%coordinates(i, :)), dp)) &
+            //' to '//text_of(real(maxval(mesh%coordinates(i, :)), dp))
+      end do
+      write (output_unit, '(a)') 'Sides from '//text_of(real(q%shortest, dp))//' to '//text_of(real(q%longest, dp)) &
+         //'; smallest angle '//text_of(real(q%angle, dp))//' degrees; longest side over height at most ' &
+         //text_of(real(q%aspect, dp))//' ('//element_text(mesh, q%worst)//')'
+      write (output_unit, '(a)') 'Neighbours meet at up to '//text_of(real(q%kink, dp))//' degrees; '//text_of(q%free) &
+         //' free edges; '//text_of(q%junctions)//' edges of more than two triangles'
+      write (output_unit, '(a)') 'Node sets:'
+      do i = 1, size(mesh%node_sets)
+         if (find_edge_set(mesh, mesh%node_sets(i)%name) > 0) cycle
+         write (output_unit, '(a)') '  '//mesh%node_sets(i)%name//': '//text_of(size(mesh%node_sets(i)%members))
+      end do
+      if (edge_set_names(mesh) /= '(none)') write (output_unit, '(a)') 'Edge sets, which are node sets too:'
+      do i = 1, size(mesh%edge_sets)
+         write (output_unit, '(a)') '  '//mesh%edge_sets(i)%name//': '//text_of(size(mesh%edge_sets(i)%edges, 2))//' edges'
+      end do
+      write (output_unit, '(a)') 'Element sets:'
+      do i = 1, size(mesh%element_sets)
+         write (output_unit, '(a)') '  '//mesh%element_sets(i)%name//': '//text_of(size(mesh%element_sets(i)%members))
+      end do
+   end subroutine print_mesh
 end module finshell_mesh_report

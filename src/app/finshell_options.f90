@@ -1,32 +1,39 @@
 !> The command line.
 module finshell_options
-   use, intrinsic :: iso_fortran_env, only: output_unit
+   use finshell_commands, only: command_t, commands, exit_incomplete, exit_input, exit_interrupted, exit_ok, find_command, &
+      find_option, list_of_commands, of_table => options, takes_option
+   use finshell_error, only: text_of
+   use finshell_field, only: name_t
    use finshell_kinds, only: wp
+   use finshell_setting, only: new_setting, setting_t
    use finshell_team, only: team_t
-   use finshell_version, only: version
+   use finshell_text, only: nearest_name
    implicit none
    private
-   public :: options_t, read_command_line, print_help
-   public :: exit_ok, exit_incomplete, exit_input
+   public :: options_t, read_command_line
+   public :: exit_ok, exit_incomplete, exit_input, exit_interrupted
 
-   integer, parameter :: exit_ok = 0, exit_incomplete = 1, exit_input = 2
-   integer, parameter :: most_levels = 10
-   character(len=7), parameter :: commands(*) = [character(len=7) :: 'run', 'check', 'study', 'restart', 'convert', 'mesh']
+   integer, parameter :: most_levels = 10, most_jobs = 1024
 
    type :: options_t
       character(len=:), allocatable :: command, input
-      character(len=:), allocatable :: results !< restart: of the run that goes on
+      type(name_t), allocatable :: words(:) !< all that stands behind the command: inputs, columns
+      character(len=:), allocatable :: results !< restart, info, history: of a run
       integer :: from = -1 !< restart: after this increment; negative: the last one
       character(len=:), allocatable :: folder !< prefix of all output files
       logical :: quiet = .false.
       logical :: verbose = .false. !< run, restart: a log of iterations
       logical :: factor = .false. !< with check: order the equations
       integer :: refine = 0 !< levels of refinement beyond what the input says
+      type(setting_t), allocatable :: settings(:) !< other values in the input
+      integer :: jobs = 0 !< runs side by side; 0: as many as there are processors
+      logical :: child = .false. !< run: this program has started itself, and ends with what did so
       character(len=:), allocatable :: rung !< of a study, with the name of its files; unallocated: an ordinary run
       real(wp) :: accuracy = 0.01_wp !< study: relative error that is wanted
       logical :: accuracy_given = .false.
       real(wp) :: budget = 600 !< study: seconds that it may take
       integer :: levels = 0 !< study: number of meshes; 0: as many as are sensible
+      logical :: plot = .false. !< history
       class(team_t), pointer :: team => null() !< processes that share the work; the first one speaks
    end type options_t
 
@@ -36,101 +43,162 @@ contains
    subroutine read_command_line(options, complaint)
       type(options_t), intent(out) :: options
       character(len=:), allocatable, intent(out) :: complaint
-      character(len=:), allocatable :: of_study, of_run, of_restart, word
-      integer :: i
+      character(len=:), allocatable :: value, word
+      logical, allocatable :: given(:)
+      integer :: at, equals, i
 
       options%command = ''
       options%folder = ''
-      of_study = ''
-      of_run = ''
-      of_restart = ''
+      allocate (options%words(0), options%settings(0))
+      allocate (given(size(of_table)), source=.false.)
       i = 0
       do while (i < command_argument_count())
          i = i + 1
          word = argument(i)
-         select case (word)
-         case ('--help', '-h', 'help')
+         if (any(word == [character(len=9) :: 'help', '--help', '-h', 'version', '--version', '-V'])) then
             options%command = 'help'
+            if (scan(word, 'vV') > 0) options%command = 'version'
             return
-         case ('--version', '-V', 'version')
-            options%command = 'version'
-            return
-         case ('--quiet', '-q')
-            options%quiet = .true.
-         case ('--verbose')
-            options%verbose = .true.
-         case ('--factor')
-            options%factor = .true.
-         case ('--output-folder', '-o')
-            i = i + 1
-            options%folder = argument(i)
-            if (options%folder == '') complaint = word//' needs the name of a folder'
+         end if
+         if (index(word, '-') /= 1) then
+            call take_word(options, word, complaint)
             if (allocated(complaint)) return
-            options%folder = options%folder//'/'
-         case ('--refine')
+            cycle
+         end if
+         equals = index(word, '=')
+         value = ''
+         if (index(word, '--') == 1 .and. equals > 0) then
+            value = word(equals + 1:)
+            word = word(:equals - 1)
+         end if
+         at = find_option(word)
+         if (at == 0) then
+            complaint = "unknown option '"//word//"'"//meant(word, nearest_name(word, names_of_options()))
+            return
+         end if
+         given(at) = .true.
+         if (of_table(at)%value /= '' .and. equals == 0) then
             i = i + 1
-            of_run = word
-            call take_integer(word, argument(i), -most_levels, options%refine, complaint)
-         case ('--from')
-            i = i + 1
-            of_restart = word
-            call take_integer(word, argument(i), 0, options%from, complaint, huge(0))
-         case ('--rung')
-            i = i + 1
-            of_run = word
-            options%rung = argument(i)
-            if (options%rung == '') complaint = word//' needs a name'
-         case ('--accuracy')
-            i = i + 1
-            of_study = word
-            options%accuracy_given = .true.
-            call take_positive(word, argument(i), 'a number above 0, as 1% or 0.01', options%accuracy, complaint)
-         case ('--budget')
-            i = i + 1
-            of_study = word
-            call take_positive(word, argument(i), 'a number of seconds above 0', options%budget, complaint)
-         case ('--levels')
-            i = i + 1
-            of_study = word
-            call take_integer(word, argument(i), 1, options%levels, complaint)
-         case default
-            if (options%command == '') then
-               options%command = word
-               if (all(word /= commands)) complaint = "unknown command '"//word &
-                  //"'; expected run, check, study, restart, mesh or convert"
-            else if (index(word, '-') == 1) then
-               complaint = "unknown option '"//word//"'"
-            else if (options%command == 'restart' .and. .not. allocated(options%results)) then
-               options%results = word
-            else if (.not. allocated(options%input)) then
-               options%input = word
-            else
-               complaint = "one input file is expected, found '"//options%input//"' and '"//word//"'"
-            end if
-         end select
+            value = argument(i)
+         else if (of_table(at)%value == '' .and. equals > 0) then
+            complaint = word//' takes no value'
+            return
+         end if
+         call take_option(options, trim(of_table(at)%long), word, value, complaint)
          if (allocated(complaint)) return
       end do
       if (options%command == '') then
-         complaint = 'a command is expected: run, check, study, restart, mesh or convert'
-      else if (options%command == 'restart' .and. .not. allocated(options%results)) then
-         complaint = 'the command restart needs the results of a run'
-      else if (options%command == 'restart') then
-         if (of_study//of_run /= '' .or. options%factor) &
-            complaint = 'the command restart knows the options --from, --verbose, -o and -q'
-      else if (of_restart /= '') then
-         complaint = of_restart//' belongs to the command restart'
-      else if (.not. allocated(options%input)) then
-         complaint = 'the command '//options%command//' needs an input file'
-      else if (options%verbose .and. options%command /= 'run') then
-         complaint = 'the option --verbose belongs to the commands run and restart'
-      else if (options%factor .and. options%command /= 'check') then
-         complaint = 'the option --factor belongs to the command check'
-      else if (options%command /= 'study' .and. of_study /= '') then
-         complaint = of_study//' belongs to the command study'
-      else if (options%command == 'study' .and. of_run /= '') then
-         complaint = of_run//' belongs to the commands run, check and mesh'
+         complaint = 'a command is expected: '//list_of_commands('or')
+         return
       end if
+      do at = 1, size(of_table)
+         if (.not. given(at) .or. takes_option(options%command, of_table(at))) cycle
+         complaint = trim(of_table(at)%long)//' belongs to the command'//trim(merge('s', ' ', &
+            index(trim(adjustl(of_table(at)%commands)), ' ') > 0))//' '//list_of_commands('and', of_table(at))
+         return
+      end do
+      call check_words(options, complaint)
    end subroutine read_command_line
+
+   !> The command, or what stands behind it.
+   subroutine take_word(options, word, complaint)
+      type(options_t), intent(inout) :: options
+      character(len=*), intent(in) :: word
+      character(len=:), allocatable, intent(inout) :: complaint
+      if (options%command == '') then
+         options%command = word
+         if (find_command(word) == 0) complaint = "unknown command '"//word//"'; expected "//list_of_commands('or')
+      else
+         options%words = [options%words, name_t(word)]
+      end if
+   end subroutine take_word
+
+   subroutine take_option(options, name, word, value, complaint)
+      type(options_t), intent(inout) :: options
+      character(len=*), intent(in) :: name !< in the table
+      character(len=*), intent(in) :: word !< as it was written
+      character(len=*), intent(in) :: value
+      character(len=:), allocatable, intent(inout) :: complaint
+      type(setting_t) :: setting
+      select case (name)
+      case ('--quiet'); options%quiet = .true.
+      case ('--verbose'); options%verbose = .true.
+      case ('--factor'); options%factor = .true.
+      case ('--plot'); options%plot = .true.
+      case ('--child'); options%child = .true.
+      case ('--output-folder')
+         if (value == '') complaint = word//' needs the name of a folder'
+         options%folder = value//'/'
+      case ('--rung')
+         if (value == '') complaint = word//' needs a name'
+         options%rung = value
+      case ('--set')
+         call new_setting(setting, value, complaint)
+         options%settings = [options%settings, setting]
+      case ('--refine'); call take_integer(word, value, -most_levels, options%refine, complaint)
+      case ('--jobs'); call take_integer(word, value, 1, options%jobs, complaint, most_jobs)
+      case ('--from'); call take_integer(word, value, 0, options%from, complaint, huge(0))
+      case ('--levels'); call take_integer(word, value, 1, options%levels, complaint)
+      case ('--accuracy')
+         options%accuracy_given = .true.
+         call take_positive(word, value, 'a number above 0, as 1% or 0.01', options%accuracy, complaint)
+      case ('--budget'); call take_positive(word, value, 'a number of seconds above 0', options%budget, complaint)
+      end select
+   end subroutine take_option
+
+   !> What stands behind the command: is it what the command takes?
+   subroutine check_words(options, complaint)
+      type(options_t), intent(inout) :: options
+      character(len=:), allocatable, intent(inout) :: complaint
+      integer :: n
+      n = size(options%words)
+      associate (command => options%command, words => options%words)
+         select case (command)
+         case ('restart', 'info', 'history')
+            if (n == 0) complaint = 'the command '//command//' needs the results of a run'
+            if (n > 0) options%results = words(1)%text
+            if (n > 2 .and. command == 'restart') complaint = "one input file is expected, found '"//words(2)%text//"' and '" &
+               //words(3)%text//"'"
+            if (n > 1 .and. command == 'restart') options%input = words(2)%text
+            if (n > 1 .and. command == 'info') complaint = "one name is expected, found '"//words(1)%text//"' and '" &
+               //words(2)%text//"'"
+            if (n > 0 .and. n /= 3 .and. options%plot) complaint = '--plot needs two columns: one along, one upwards; found ' &
+               //text_of(n - 1)
+         case ('completion')
+            if (n /= 1) complaint = 'the command completion needs the name of a shell: bash, zsh or fish'
+            if (n == 1) options%input = words(1)%text
+         case ('man')
+            if (n > 0) complaint = "the command man takes nothing, found '"//words(1)%text//"'"
+         case default
+            if (n == 0) complaint = 'the command '//command//' needs an input file'
+            if (n > 0) options%input = words(1)%text
+            if (n > 1 .and. command /= 'run') complaint = "one input file is expected, found '"//words(1)%text//"' and '" &
+               //words(2)%text//"'"
+         end select
+      end associate
+      do n = 1, size(options%settings)
+         if (allocated(complaint)) return
+         if (size(options%settings(n)%values) > 1 .and. options%command /= 'run') complaint = '--set '//options%settings(n)%text &
+            //': several values, separated by commas, belong to the command run'
+      end do
+   end subroutine check_words
+
+   pure function names_of_options() result(names)
+      character(len=:), allocatable :: names
+      integer :: i
+      names = trim(of_table(1)%long)
+      do i = 2, size(of_table)
+         if (of_table(i)%summary /= '') names = names//', '//trim(of_table(i)%long)
+      end do
+   end function names_of_options
+
+   !> The like of `suggestion`, for options: nothing where they look like nothing.
+   pure function meant(word, name) result(text)
+      character(len=*), intent(in) :: word, name
+      character(len=:), allocatable :: text
+      text = ''
+      if (name /= '' .and. len(word) > 2) text = ", did you mean '"//name//"'?"
+   end function meant
 
    subroutine take_integer(option, word, least, value, complaint, most)
       character(len=*), intent(in) :: option, word
@@ -182,34 +250,4 @@ contains
       allocate (character(len=length) :: text)
       call get_command_argument(i, text)
    end function argument
-
-   subroutine print_help()
-      write (output_unit, '(a)') &
-         'finshell '//version//': finite-strain corotational triangular shell', &
-         '', &
-         '  finshell run INPUT.nml      solve; writes NAME.history.csv, NAME.vtkhdf and NAME.xdmf', &
-         '  finshell check INPUT.nml    read the input, build the model, report its size, solve nothing', &
-         '  finshell study INPUT.nml    solve on coarser and finer meshes: errors, costs, and which to take', &
-         '  finshell mesh INPUT.nml     size, quality and sets of the mesh, and NAME.msh for Gmsh', &
-         '  finshell convert DECK.inp   a deck of Abaqus or CalculiX as DECK.nml; says what it does not take', &
-         '  finshell restart RESULTS [INPUT.nml]', &
-         '                              go on with a run that ended or was killed, from its last increment', &
-         '  finshell --version', &
-         '  finshell --help', &
-         '', &
-         'Options', &
-         '  -o, --output-folder DIR     write results there (default: the current folder)', &
-         '  -q, --quiet                 no progress lines', &
-         '  --verbose                   run, restart: a line for each iteration, also in NAME.iterations.log', &
-         '  --factor                    check: order the equations too, and say how large the factor of the matrix is', &
-         '  --refine N                  run, check: each triangle into four, N times (doc/namelist.md)', &
-         '  --from N                    restart: after increment N (restart = ''every'' in &output keeps them)', &
-         '  --accuracy 1%               study: the error that is wanted (default 1 %)', &
-         '  --budget SECONDS            study: the time that it may take (default 600)', &
-         '  --levels N                  study: the number of meshes (default 4)', &
-         '', &
-         'OMP_NUM_THREADS, or threads in the group &job, sets the number of threads.', &
-         'Exit code: 0 done, 1 stopped before the end (results so far are kept), 2 wrong input.', &
-         'The input is described in doc/namelist.md, studies in doc/study.md.'
-   end subroutine print_help
 end module finshell_options

@@ -21,6 +21,7 @@ int finshell_process_start(const char *program, int count, const char *arguments
 {
    char **list = calloc((size_t)count + 2, sizeof *list);
    posix_spawn_file_actions_t actions;
+   posix_spawnattr_t attributes;
    pid_t pid = -1;
    if (list == NULL)
       return -1;
@@ -29,13 +30,17 @@ int finshell_process_start(const char *program, int count, const char *arguments
       list[i + 1] = (char *)arguments;
       arguments += strlen(arguments) + 1;
    }
-   if (posix_spawn_file_actions_init(&actions) == 0) {
+   if (posix_spawn_file_actions_init(&actions) == 0 && posix_spawnattr_init(&attributes) == 0) {
+      /* a group of its own: Ctrl-C is for the program that started it, which tells its children */
+      posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+      posix_spawnattr_setpgroup(&attributes, 0);
       posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
       posix_spawn_file_actions_addopen(&actions, 1, output, O_WRONLY | O_CREAT | O_TRUNC, 0666);
       posix_spawn_file_actions_adddup2(&actions, 1, 2);
-      if (posix_spawn(&pid, "/proc/self/exe", &actions, NULL, list, environ) != 0 &&
-          posix_spawnp(&pid, program, &actions, NULL, list, environ) != 0)
+      if (posix_spawn(&pid, "/proc/self/exe", &actions, &attributes, list, environ) != 0 &&
+          posix_spawnp(&pid, program, &actions, &attributes, list, environ) != 0)
          pid = -1;
+      posix_spawnattr_destroy(&attributes);
       posix_spawn_file_actions_destroy(&actions);
    }
    free(list);
@@ -68,6 +73,12 @@ void finshell_process_end_with_parent(void)
 void finshell_process_kill(int pid)
 {
    kill(pid, SIGKILL);
+}
+
+/* What Ctrl-C does. */
+void finshell_process_interrupt(int pid)
+{
+   kill(pid, SIGINT);
 }
 
 /* Wait for some milliseconds. */

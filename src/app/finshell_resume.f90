@@ -12,7 +12,7 @@ module finshell_resume
    use finshell_status, only: status_input_error
    implicit none
    private
-   public :: resume_t, find_record, resumed_input, new_head
+   public :: resume_t, base_of, find_record, resumed_input, new_head
 
    !> A run that goes on.
    type :: resume_t
@@ -29,23 +29,30 @@ contains
       type(options_t), intent(in) :: options
       type(resume_t), intent(out) :: resume
       type(error_t), allocatable, intent(out) :: error
-      character(len=12), parameter :: endings(4) = [character(len=12) :: '.restart', '.vtkhdf', '.xdmf', '.history.csv']
       integer, allocatable :: increments(:)
-      integer :: i, n
-      resume%base = options%results
-      do i = 1, size(endings)
-         n = len(resume%base) - len_trim(endings(i))
-         if (n < 1) cycle
-         if (resume%base(n + 1:) /= trim(endings(i))) cycle
-         resume%base = resume%base(:n)
-         exit
-      end do
+      resume%base = base_of(options%results)
       call read_restart(resume%base//'.restart', resume%head, increments, error)
       if (allocated(error)) return
       resume%increment = increments(size(increments))
       if (options%from >= 0) resume%increment = options%from
       call read_restart(resume%base//'.restart', resume%head, increments, error, resume%increment, resume%numbers)
    end subroutine find_record
+
+   !> The name of a run, by that of any of its files.
+   pure function base_of(file) result(base)
+      character(len=*), intent(in) :: file
+      character(len=:), allocatable :: base
+      character(len=12), parameter :: endings(4) = [character(len=12) :: '.restart', '.vtkhdf', '.xdmf', '.history.csv']
+      integer :: i, n
+      base = file
+      do i = 1, size(endings)
+         n = len(file) - len_trim(endings(i))
+         if (n < 1) cycle
+         if (file(n + 1:) /= trim(endings(i))) cycle
+         base = file(:n)
+         return
+      end do
+   end function base_of
 
    !> The input of the run or the one that was named, whose differences are checked. The options come to name the files to write:
    !> those of the run unless another folder or another input says otherwise.

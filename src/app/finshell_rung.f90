@@ -63,7 +63,11 @@ contains
       integer :: i, status, unit
       if (allocated(error)) return
       open (newunit=unit, file=file, status='replace', action='write', iostat=status)
-      if (status == 0) write (unit, '(i0)', iostat=status) nodes, elements, unknowns, iterations, size(values)
+      if (status /= 0) then
+         call raise(error, status_io_error, file//': cannot be written')
+         return
+      end if
+      write (unit, '(i0)', iostat=status) nodes, elements, unknowns, iterations, size(values)
       do i = 1, size(values)
          if (status /= 0) exit
          word = 'missing'

@@ -8,11 +8,13 @@ module finshell_study
    use finshell_disk, only: remove_in_system, set_environment
    use finshell_error, only: error_t, text_of
    use finshell_input, only: input_t, read_input
+   use finshell_interrupt, only: interrupted, watch_interrupts
    use finshell_kinds, only: wp
    use finshell_ladder, only: new_study, predicted_cost, rung_done, rung_failed, rung_left, rung_planned, rung_t, study_t
-   use finshell_options, only: exit_incomplete, exit_input, exit_ok, options_t
-   use finshell_process, only: make_folder, process_t, rest, start_process
+   use finshell_options, only: exit_incomplete, exit_input, exit_interrupted, exit_ok, options_t
+   use finshell_process, only: arguments_t, last_words, make_folder, process_t, rest, start_process
    use finshell_rung, only: read_rung, watch_rung, watches_load
+   use finshell_setting, only: single_setting
    use finshell_step, only: control_frequencies, is_mode
    use finshell_study_report, only: label_t, print_study, text_of_seconds, write_study
    use finshell_team, only: leads
@@ -29,7 +31,7 @@ module finshell_study
       integer :: rung = 0, threads = 0
       type(process_t) :: process
       integer(int64) :: since = 0
-      logical :: stopped = .false.
+      logical :: stopped = .false., told = .false. !< killed; interrupted
       character(len=:), allocatable :: name !< of its files
    end type running_t
 
@@ -55,7 +57,7 @@ contains
             //'take finshell, not finshell_mpi'
          return
       end if
-      call read_input(options%input, input, error)
+      call read_input(options%input, input, error, settings=options%settings)
       if (allocated(error)) then
          write (error_unit, '(a)') 'finshell: '//error%message
          return
@@ -71,6 +73,7 @@ contains
       if (.not. options%quiet) write (output_unit, '(a)') 'Study of '//options%input//': '//text_of(size(rungs)) &
          //' meshes from level '//text_of(rungs(1)%level)//' on; level 0 is that of the input, with ' &
          //text_of(size(input%structure%mesh%triangles, 2))//' elements. Budget '//text_of_seconds(options%budget)
+      call watch_interrupts(.not. options%quiet)
       call climb(options, folder, input, automatic, rungs, seconds)
       shown = shown_columns(rungs, input, automatic)
       call select_columns(rungs, shown)
@@ -80,6 +83,7 @@ contains
       call write_study(options%folder//input%name//'.study', rungs, labels, result, error)
       code = exit_ok
       if (count(rungs%state == rung_done) < 2) code = exit_incomplete
+      if (interrupted()) code = exit_interrupted
       if (.not. allocated(error)) return
       write (error_unit, '(a)') 'finshell: '//error%message
       code = exit_incomplete
@@ -94,7 +98,7 @@ contains
       integer :: coarser, lowest, n
       coarser = 0
       do while (coarser < most_coarser)
-         call read_input(options%input, input, error, -coarser - 1)
+         call read_input(options%input, input, error, -coarser - 1, settings=options%settings)
          if (allocated(error)) exit
          if (size(input%structure%mesh%triangles, 2) < fewest_elements) exit
          coarser = coarser + 1
@@ -131,6 +135,11 @@ contains
       enough = .false.
       do
          ! start what can be started
+         if (interrupted() .and. next <= size(rungs)) then
+            rungs(next:)%state = rung_left
+            rungs(next)%reason = 'not run: interrupted'
+            next = size(rungs) + 1
+         end if
          do while (next <= size(rungs) .and. .not. enough)
             associate (rung => rungs(next))
                threads = min(most, wanted_threads(input%threads, base*4.0_wp**rung%level))
@@ -158,6 +167,8 @@ contains
                call running(i)%process%stop()
                running(i)%stopped = .true.
             end if
+            if (interrupted() .and. .not. running(i)%told) call running(i)%process%interrupt()
+            running(i)%told = interrupted()
             if (.not. running(i)%process%ended()) cycle
             call finish_rung(folder, size(input%monitors) + 1, running(i), rungs(running(i)%rung))
             if (.not. options%quiet) call announce(rungs(running(i)%rung))
@@ -187,7 +198,7 @@ contains
 
       !> An accuracy was asked for and is not met: one mesh more, if the user did not say how many.
       subroutine add_rung()
-         if (.not. options%accuracy_given .or. options%levels > 0 .or. size(rungs) >= most_rungs) return
+         if (interrupted() .or. .not. options%accuracy_given .or. options%levels > 0 .or. size(rungs) >= most_rungs) return
          if (rungs(size(rungs))%state /= rung_done) return
          rungs = [rungs, rung_t(rungs(size(rungs))%level + 1)]
       end subroutine add_rung
@@ -217,13 +228,19 @@ contains
       character(len=*), intent(in) :: folder
       integer, intent(in) :: level, threads
       type(running_t), intent(inout) :: running
-      integer, parameter :: longest = 4096
-      character(len=longest), allocatable :: arguments(:)
+      type(arguments_t) :: arguments
+      integer :: i
       running%name = 'level_'//text_of(level)
       call remove_in_system(folder//'/'//running%name//'.rung')
       call set_environment('OMP_NUM_THREADS', text_of(threads))
-      arguments = [character(len=longest) :: 'run', options%input, '--refine', text_of(level), '--rung', running%name, &
-                   '-o', folder, '-q']
+      call arguments%add('run', options%input)
+      call arguments%add('--refine', text_of(level))
+      call arguments%add('--rung', running%name)
+      call arguments%add('-o', folder)
+      call arguments%add('-q')
+      do i = 1, size(options%settings)
+         call arguments%add('--set', single_setting(options%settings(i), 1))
+      end do
       call system_clock(running%since)
       call start_process(running%process, arguments, folder//'/'//running%name//'.log')
    end subroutine start_rung
@@ -248,23 +265,6 @@ contains
          rung%reason = folder//'/'//running%name//'.rung is not whole'
       end if
    end subroutine finish_rung
-
-   !> The last error in a file of what a run said.
-   function last_words(file) result(words)
-      character(len=*), intent(in) :: file
-      character(len=:), allocatable :: words
-      character(len=1000) :: line
-      integer :: status, unit
-      words = ''
-      open (newunit=unit, file=file, status='old', action='read', iostat=status)
-      if (status /= 0) return
-      do
-         read (unit, '(a)', iostat=status) line
-         if (status /= 0) exit
-         if (index(line, 'finshell: ') == 1 .and. index(line, 'warning: ') == 0) words = trim(line(len('finshell: ') + 1:))
-      end do
-      close (unit)
-   end function last_words
 
    !> Say that a rung begins, at what cost, or how it ended.
    subroutine announce(rung)

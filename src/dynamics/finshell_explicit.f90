@@ -15,13 +15,14 @@ module finshell_explicit
    use finshell_momentum, only: angular_momentum, momentum
    use finshell_motion_force, only: evaluate_forces, stored_energy
    use finshell_motion_start, only: begin_motion, check_mobile, lumped_masses
-   use finshell_observer, only: observer_t, record_t
+   use finshell_observer, only: observer_t, raise_stop, record_t
    use finshell_rotatory_inertia, only: scale_rotatory_inertia
    use finshell_stable_step, only: stable_increment
    use finshell_status, only: status_not_converged
    use finshell_state, only: state_t
    use finshell_step, only: step_t
    use finshell_support_motion, only: drive_supports, stops_of
+   use finshell_time_plan, only: increments_for
    implicit none
    private
    public :: solve_explicit
@@ -78,10 +79,10 @@ contains
          call begin(self, problem, step, error)
       end if
       if (allocated(error)) return
-      row = next_row(self, step)
+      row = step%time%next_row(self%time, step%history_rows)
       do while (self%time < step%time%duration)
          landing = step%time%next_landing(self%time)
-         left = increments_to(self, landing)
+         left = increments_for(landing - self%time, self%largest)
          do while (left > 0)
             if (self%done >= step%maximum_increments) then
                call raise(error, status_not_converged, name_of(step)//'it is not finished after '//text_of(self%done) &
@@ -105,12 +106,16 @@ contains
                call tell(self, problem, step, observer, left == 0, course, underway, sums, error)
                if (.not. allocated(error)) call check_balance(self, step, problem%state%time, sums%work, error)
                if (allocated(error)) exit
-               row = next_row(self, step)
+               row = step%time%next_row(self%time, step%history_rows)
+            else if (observer%wants_stop()) then
+               call keep(self, problem, course, underway)
+               call raise_stop(error)
+               exit
             end if
             if (self%done < self%renewal) cycle
             call renew(self, problem, step, error)
             if (allocated(error)) exit
-            if (left > 0) left = increments_to(self, landing)
+            if (left > 0) left = increments_for(landing - self%time, self%largest)
          end do
          if (allocated(error)) exit
       end do
@@ -124,13 +129,6 @@ contains
          if (.not. allocated(error)) call problem%accept()
       end if
    end subroutine solve_explicit
-
-   !> The number of the next row of the history that is not at an output time.
-   pure integer function next_row(self, step)
-      type(progress_t), intent(in) :: self
-      type(step_t), intent(in) :: step
-      next_row = 1 + int(self%time*max(1, step%history_rows)/step%time%duration*(1 + epsilon(self%time)))
-   end function next_row
 
    !> Go on with a step that was under way when the run ended.
    subroutine resume(self, problem, step, course, error)
@@ -255,14 +253,6 @@ contains
       self%renewal = self%done + self%interval
    end subroutine renew
 
-   !> As many equal increments as the way to a time needs.
-   pure integer function increments_to(self, landing)
-      type(progress_t), intent(in) :: self
-      real(wp), intent(in) :: landing
-      real(wp), parameter :: rounding = 1.0e-9_wp
-      increments_to = max(1, int(min((landing - self%time)/self%largest*(1 - rounding), real(huge(1) - 1, wp))) + 1)
-   end function increments_to
-
    !> One increment: velocities and the state, supports included; not yet time and load factor.
    subroutine advance(self, problem, step, after)
       type(progress_t), intent(inout) :: self
@@ -310,7 +300,6 @@ contains
       type(sums_t), intent(out) :: sums
       type(error_t), allocatable, intent(out) :: error
       type(record_t) :: record
-      type(memo_t) :: memo
       real(wp), allocatable :: nodal(:, :)
       real(wp) :: drive(n_nodal, size(problem%equations%moved)), turned(4, size(problem%equations%moved))
 
@@ -342,14 +331,23 @@ contains
       self%record%total_iterations = self%done
       call cpu_time(record%cpu_time)
       record%cpu_time = record%cpu_time + self%record%cpu_time
-      call problem%accept()
-      if (present(course)) then
-         call carry_progress(memo, self)
-         course = memo%numbers(:memo%at)
-         underway = .true.
-      end if
+      call keep(self, problem, course, underway)
       call observer%increment(problem%state, record, error)
    end subroutine tell
+
+   !> Accept the present state, and hold what a restart from it needs.
+   subroutine keep(self, problem, course, underway)
+      type(progress_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      real(wp), allocatable, intent(inout), optional :: course(:) !< see `solve_explicit`
+      logical, intent(inout), optional :: underway
+      type(memo_t) :: memo
+      call problem%accept()
+      if (.not. present(course)) return
+      call carry_progress(memo, self)
+      course = memo%numbers(:memo%at)
+      underway = .true.
+   end subroutine keep
 
    !> Motion cannot have more energy than there was and than loads brought in.
    subroutine check_growth(self, step, time, error)

@@ -5,7 +5,7 @@ module finshell_time_plan
    use finshell_table, only: table_t
    implicit none
    private
-   public :: time_plan_t
+   public :: time_plan_t, increments_for
 
    type :: time_plan_t
       real(wp) :: duration = 0
@@ -22,6 +22,7 @@ module finshell_time_plan
       procedure :: begun
       procedure :: next_landing
       procedure :: is_output
+      procedure :: next_row
    end type time_plan_t
 
    real(wp), parameter :: rounding = 1.0e-10_wp !< of the duration
@@ -90,4 +91,19 @@ contains
       if (self%output_interval > 0) is_output = is_output &
          .or. abs(time - self%output_interval*nint(time/self%output_interval)) <= near
    end function is_output
+
+   !> The number of the first one after a time of so many evenly spaced times.
+   pure integer function next_row(self, time, rows)
+      class(time_plan_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      integer, intent(in) :: rows
+      next_row = 1 + int(time*max(1, rows)/self%duration*(1 + epsilon(time)))
+   end function next_row
+
+   !> As many equal increments as a way in time needs, none of them longer than the largest.
+   pure integer function increments_for(way, largest) result(number)
+      real(wp), intent(in) :: way, largest
+      real(wp), parameter :: slack = 1.0e-9_wp
+      number = max(1, int(min(way/largest*(1 - slack), real(huge(1) - 1, wp))) + 1)
+   end function increments_for
 end module finshell_time_plan

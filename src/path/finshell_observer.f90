@@ -2,11 +2,15 @@
 module finshell_observer
    use finshell_account, only: account_t
    use finshell_kinds, only: wp, dp
-   use finshell_error, only: error_t
+   use finshell_error, only: error_t, raise
    use finshell_state, only: state_t, linear_change_t
    implicit none
    private
    public :: record_t, observer_t, vibration_t, motion_t
+   public :: stop_is_wanted, raise_stop
+
+   !> Code of the error by which an observer ends a run because somebody wants it to end.
+   integer, parameter :: stop_is_wanted = 101
 
    !> Of a mode of vibration (finshell_frequencies).
    type :: vibration_t
@@ -64,6 +68,8 @@ module finshell_observer
    contains
       !> Called after each converged increment. An error ends the run; the state is kept.
       procedure(increment_interface), deferred :: increment
+      !> Asked between reports by what has many increments without one: is the run to end here?
+      procedure :: wants_stop => never
    end type observer_t
 
    abstract interface
@@ -77,4 +83,17 @@ module finshell_observer
          type(linear_change_t), intent(in), optional, target :: change
       end subroutine increment_interface
    end interface
+
+contains
+
+   logical function never(self)
+      class(observer_t), intent(in) :: self
+      never = .false. .and. same_type_as(self, self)
+   end function never
+
+   !> End a run as somebody wants.
+   pure subroutine raise_stop(error)
+      type(error_t), allocatable, intent(inout) :: error
+      call raise(error, stop_is_wanted, 'interrupted')
+   end subroutine raise_stop
 end module finshell_observer

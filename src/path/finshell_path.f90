@@ -151,6 +151,8 @@ contains
          call self%ramp(problem, step, by_constant_factor, observer, error, ramping == by_constant_factor)
    end subroutine ramps_before
 
+   end subroutine ramps_before
+
    subroutine ramp(self, problem, step, scaling, observer, error, resumes)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem

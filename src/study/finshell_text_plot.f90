@@ -1,9 +1,11 @@
-!> A plot made of characters: both axes logarithmic.
+!> Plots made of characters: both axes logarithmic, or both linear.
 module finshell_text_plot
    use finshell_kinds, only: wp
    implicit none
    private
-   public :: text_plot
+   public :: text_plot, linear_plot
+
+   integer, parameter :: columns = 54, rows = 14, margin = 11
 
 contains
 
@@ -15,7 +17,6 @@ contains
       character(len=*), intent(in) :: x_name, y_name
       real(wp), intent(in), optional :: level !< of y, drawn as a line
       character(len=72), allocatable :: lines(:)
-      integer, parameter :: columns = 54, rows = 14, margin = 11
       real(wp) :: bottom, left, right, top
       integer :: column, i, row
 
@@ -60,4 +61,67 @@ contains
          lines(row + 2) (column:column) = marks(i)
       end do
    end function text_plot
+
+   !> Lines of a plot of points, drawn as `*`. Empty where there is none.
+   pure function linear_plot(x, y, x_name, y_name) result(lines)
+      real(wp), intent(in) :: x(:), y(:)
+      character(len=*), intent(in) :: x_name, y_name
+      character(len=72), allocatable :: lines(:)
+      integer, parameter :: marks_along = 3, marks_up = 3 !< numbers at the axes, less one
+      real(wp) :: bottom, left, right, top
+      integer :: column, i, row
+
+      allocate (lines(0))
+      if (size(x) == 0) return
+      call bounds(x, left, right)
+      call bounds(y, bottom, top)
+      deallocate (lines)
+      allocate (lines(rows + 5))
+      lines = ''
+      lines(1) = y_name
+      do row = 0, rows
+         lines(row + 2) (margin:margin) = '|'
+      end do
+      do i = 0, marks_up
+         row = nint(rows*(marks_up - i)/real(marks_up, wp))
+         lines(row + 2) (:margin - 1) = label(bottom*(1 - i/real(marks_up, wp)) + top*(i/real(marks_up, wp)))
+         lines(row + 2) (margin:margin) = '+'
+      end do
+      lines(rows + 3) (margin:) = '+'//repeat('-', columns)
+      do i = 0, marks_along
+         column = margin + nint(columns*i/real(marks_along, wp))
+         lines(rows + 3) (column:column) = '+'
+         lines(rows + 4) (column + 4 - len(label(left)):column + 3) = &
+            label(left*(1 - i/real(marks_along, wp)) + right*(i/real(marks_along, wp)))
+      end do
+      lines(rows + 5) = repeat(' ', margin)//x_name
+      do i = 1, size(x)
+         row = nint(rows*((top/2 - y(i)/2)/(top/2 - bottom/2)))
+         column = margin + nint(columns*((x(i)/2 - left/2)/(right/2 - left/2)))
+         lines(row + 2) (column:column) = '*'
+      end do
+   end function linear_plot
+
+   !> A number at an axis, to the right.
+   pure function label(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=margin - 1) :: text
+      write (text, '(es9.2e2)') x
+      if (index(text, '*') > 0) write (text, '(es10.2e3)') x
+      text = adjustr(text)
+   end function label
+
+   !> The least and the largest value, apart also where all are alike.
+   pure subroutine bounds(values, low, high)
+      real(wp), intent(in) :: values(:)
+      real(wp), intent(out) :: low, high
+      real(wp) :: room
+      low = minval(values)
+      high = maxval(values)
+      room = max(tiny(1.0_wp)/epsilon(1.0_wp), 1.0e-6_wp*max(abs(low), abs(high)))
+      if (high/2 - low/2 > room/2) return
+      if (.not. max(abs(low), abs(high)) > 0) room = 1
+      low = low - room
+      high = high + room
+   end subroutine bounds
 end module finshell_text_plot

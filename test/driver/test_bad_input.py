@@ -173,7 +173,7 @@ class BadInput(unittest.TestCase):
     def test_duplicate_node(self):
         mesh = gmsh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0)], [(1, 2, 3), (5, 4, 3)])
         (Path(self.folder.name) / "bad.msh").write_text(mesh)
-        self.refuse(self.swap("generator = 'rectangle' lengths = 10.0, 1.0 divisions = 4, 1", "file = 'bad.msh'"), "bad.msh", "2", "5")
+        self.refuse(self.swap("generator = 'rectangle' lengths = 10.0, 1.0 divisions = 4, 1", "file = 'bad.msh'"), "bad.msh", "2", "5", "are duplicates, both at (")
 
     def test_free_rigid_body_mode_is_named(self):
         free = self.swap("&support node_set = 'edge_x0' type = 'clamped' /", "&support node_set = 'edge_x0' fixed = 'uy', 'uz', 'rx', 'ry', 'rz' /")
@@ -203,7 +203,7 @@ class BadInput(unittest.TestCase):
         self.assertTrue((Path(self.folder.name) / "model.vtkhdf").stat().st_size > 1000)
 
     def test_command_line(self):
-        for arguments, words in (([], "command"), (["walk"], "walk"), (["run"], "input file"), (["run", "a", "b"], "'b'"),
+        for arguments, words in (([], "command"), (["walk"], "walk"), (["run"], "input file"), (["check", "a", "b"], "'b'"),
                                  (["run", "--fast", "a"], "--fast")):
             result = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, check=False)
             self.assertEqual(result.returncode, 2)

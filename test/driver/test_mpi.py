@@ -4,9 +4,11 @@ sentence. Skipped where it is not built (-DFINSHELL_MPI=ON)."""
 import csv
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -141,6 +143,40 @@ class Processes(unittest.TestCase):
         lost = self.solve_text(text, 2, "-o", "no/such/folder")
         self.assertEqual(lost.returncode, 2)
         self.assertEqual(lost.stderr.count("finshell: no/such/folder"), 1, lost.stderr)
+
+    def test_what_is_for_one_process(self):
+        """Refused before it starts, with a sentence that says what to take; what is no work to share is done once."""
+        for text, arguments, words in (
+                (STRIP, ("--set", "section.thickness=0.1,0.2"), "several runs are processes of their own: take finshell, not finshell_mpi"),
+                (STRIP + "&step control = 'dynamic' duration = 1.0 /\n", (), "in.nml:9: &step: steps in time run in one process: take finshell, not finshell_mpi"),
+                (STRIP.replace("&step control = 'linear' load_factor = 0.2 /", "&accuracy target = 0.1 /"), (),
+                 "&accuracy: meshes are refined in one process: take finshell, not finshell_mpi")):
+            run = self.solve_text(text.format(8), 2, *arguments)
+            self.assertEqual(run.returncode, 2, run.stdout + run.stderr)
+            self.assertEqual(run.stderr.count(words), 1, run.stderr)
+        self.assertEqual(self.solve_text(STRIP.format(8), 2, "--set", "section.thickness=0.2").returncode, 0)
+        for *command, words, code in (("study", "in.nml", "a study runs its meshes as processes of their own: take finshell, not finshell_mpi", 2),
+                                      ("restart", "in", "a run goes on in one process: take finshell, not finshell_mpi", 2),
+                                      ("info", "in", "It ended so: done", 0), ("mesh", "in.nml", "18 nodes, 16 triangles", 0)):
+            run = subprocess.run([*self.start(2), *command], cwd=self.folder, capture_output=True, text=True, check=False, timeout=60)
+            self.assertEqual(run.returncode, code, run.stdout + run.stderr)
+            self.assertEqual((run.stdout + run.stderr).count(words), 1, run.stdout + run.stderr)
+
+    def test_interrupt(self):
+        """The process that speaks is asked to stop: all stop after the same increment, and one process goes on."""
+        text = STRIP.format(400).replace("load_factor = 0.1", "load_factor = 0.1 first_increment = 0.0005 automatic = .false.")
+        (self.folder / "in.nml").write_text(text)
+        run = subprocess.Popen([*self.start(2), "run", "-q", "in.nml"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               env={**os.environ, "OMP_NUM_THREADS": "1"})
+        history = self.folder / "in.history.csv"
+        while run.poll() is None and not (history.exists() and len(history.read_text().splitlines()) > 3):
+            time.sleep(0.01)
+        os.kill(int((self.folder / "in.lock").read_text()), signal.SIGTERM)
+        out, err = run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 3, out + err)
+        self.assertEqual(err.count("finshell: interrupted: finshell restart in goes on from here"), 1, out + err)
+        done = subprocess.run([PROGRAM, "restart", "in", "-q"], cwd=self.folder, capture_output=True, text=True, check=False, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_one_process_fails(self):
         """A process that cannot read its input ends all of them, with its sentence."""

@@ -282,7 +282,7 @@ class Restart(unittest.TestCase):
         refuse(["cannot restart from increment 2: expected is one of", "restart = 'every'"], "whole/r", "--from", "2")
         refuse(["--from needs a whole number, at least 0, found '-1'"], "whole/r", "--from", "-1")
         refuse(["needs the results of a run"])
-        refuse(["knows the options"], "whole/r", "--refine", "1")
+        refuse(["--refine belongs to the commands run, check and mesh"], "whole/r", "--refine", "1")
         self.assertIn("belongs to the command restart", self.run_program("run", "r.nml", "--from", "1", code=2))
         self.assertEqual(before, {p.name: p.read_bytes() for p in (self.path / "whole").iterdir() if p.name != "r.lock"})
         record = before["r.restart"]

@@ -52,4 +52,9 @@ if [[ -e $FINSHELL_SOURCE_DIR/api/finshell.h ]]; then
       -o "$folder/user/user_c" $(pkg-config --libs finshell)
    LD_LIBRARY_PATH=$(dirname "$library") "$folder/user/user_c" || { echo "the C program did not work"; exit 1; }
 fi
+if [[ -x $folder/installed/bin/finshell ]]; then
+   for page in man/man1/finshell.1 bash-completion/completions/finshell zsh/site-functions/_finshell fish/vendor_completions.d/finshell.fish; do
+      grep -q finshell "$folder/installed/share/$page" || { echo "no $page was installed"; exit 1; }
+   done
+fi
 echo "installed package: usable"

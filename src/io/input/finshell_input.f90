@@ -17,6 +17,7 @@ module finshell_input
    use finshell_input_preset, only: preset_t, read_preset
    use finshell_input_normals, only: normals_choice_t, apply_normals
    use finshell_input_refinement, only: read_any_mesh
+   use finshell_setting, only: setting_t
    use finshell_input_section, only: named_material_t, read_material, read_section, check_sections
    use finshell_input_solver, only: solver_choice_t, read_solver
    use finshell_input_support, only: read_supports, check_supports
@@ -37,7 +38,7 @@ module finshell_input
    use finshell_input_probe, only: probe_t, read_probes
    implicit none
    private
-   public :: input_t, read_input, parse_input, group_names
+   public :: input_t, read_input, parse_input, job_name, group_names
 
    character(len=*), parameter :: group_names = &
       'job, mesh, node, node_set, element_set, material, section, support, tie, rigid_body, equal, equation, load, chamber, ' &
@@ -69,17 +70,23 @@ module finshell_input
 contains
 
    !> Read an input file. File names in it are relative to its folder.
-   subroutine read_input(file_name, input, error, levels, bisection)
+   subroutine read_input(file_name, input, error, levels, bisection, settings)
       character(len=*), intent(in) :: file_name
       type(input_t), intent(out) :: input
       type(error_t), allocatable, intent(out) :: error
       integer, intent(in), optional :: levels !< of refinement beyond what &mesh says
       type(bisection_t), intent(inout), optional :: bisection !< begun here (intent of a new one), later the mesh to take
+      type(setting_t), intent(in), optional :: settings(:) !< other values than those of the file
       type(namelist_t) :: namelist
       character(len=:), allocatable :: text
+      integer :: i
 
-      call read_namelist(file_name, namelist, error, text)
+      call read_namelist(file_name, namelist, error, text, settings)
       if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error, levels, bisection)
+      if (.not. (allocated(error) .and. present(settings))) return
+      do i = 1, size(settings)
+         if (index(error%message, '--set ') /= 1) error%message = error%message//' (with --set '//settings(i)%text//')'
+      end do
    end subroutine read_input
 
    !> The same from a text; file_name is used in messages and to find other files.
@@ -94,6 +101,20 @@ contains
       call parse_namelist(text, file_name, namelist, error)
       if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error, levels)
    end subroutine parse_input
+
+   !> The name of the job of an input file, of which nothing else is checked.
+   subroutine job_name(file_name, settings, name, error)
+      character(len=*), intent(in) :: file_name
+      type(setting_t), intent(in) :: settings(:)
+      character(len=:), allocatable, intent(out) :: name
+      type(error_t), allocatable, intent(out) :: error
+      type(namelist_t) :: namelist
+      type(input_t) :: input
+      call read_namelist(file_name, namelist, error, settings=settings)
+      input%file = file_name
+      if (.not. allocated(error)) call translate_job(namelist, input, error)
+      if (.not. allocated(error)) name = input%name
+   end subroutine job_name
 
    !> With a preset that makes the mesh coarser, if the input without `levels` can have such a mesh: its numbers of cells may be
    !> odd, its sets may need nodes that would go.

@@ -137,7 +137,11 @@ contains
             else
                call read_deck(file(:index(file, '/', back=.true.))//card%value('INPUT'), deck, error, depth + 1)
             end if
-            if (allocated(error)) return
+            if (allocated(error)) then
+               if (index(error%message, 'cannot ') == 1) error%message = file//':'//text_of(card%line)//': *INCLUDE: ' &
+                  //error%message
+               return
+            end if
          else
             call deck%add_card(card)
          end if

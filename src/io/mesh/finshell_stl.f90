@@ -2,6 +2,7 @@
 !>
 !> Each solid of a text file that has a name becomes an element set.
 module finshell_stl
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: i8, wp
    use finshell_mesh, only: add_element_set, mesh_t, new_mesh
@@ -54,6 +55,11 @@ contains
       if (allocated(error)) return
       if (size(corners) == 0) then
          call raise(error, status_input_error, file//': the file has no triangles')
+         return
+      end if
+      if (.not. all(ieee_is_finite(corners))) then
+         i = findloc(all(ieee_is_finite(corners), dim=1), .false., dim=1)
+         call raise(error, status_input_error, file//': triangle '//text_of((i + 2)/3)//': a coordinate is not finite')
          return
       end if
       call weld(corners, number, nodes)

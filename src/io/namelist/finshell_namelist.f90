@@ -6,6 +6,7 @@
 module finshell_namelist
    use finshell_kinds, only: wp
    use finshell_error, only: error_t, raise, text_of
+   use finshell_setting, only: apply_setting, setting_t
    use finshell_status, only: status_input_error
    use finshell_text, only: read_whole_file
    use finshell_namelist_parser, only: namelist_t, group_t, value_t, parse_namelist
@@ -32,15 +33,22 @@ module finshell_namelist
 
 contains
 
-   !> Read and parse a file.
-   subroutine read_namelist(file_name, namelist, error, text)
+   !> Read and parse a file, with other values for some of its keys.
+   subroutine read_namelist(file_name, namelist, error, text, settings)
       character(len=*), intent(in) :: file_name
       type(namelist_t), intent(out) :: namelist
       type(error_t), allocatable, intent(out) :: error
       character(len=:), allocatable, intent(out), optional :: text !< the whole input
+      type(setting_t), intent(in), optional :: settings(:)
       character(len=:), allocatable :: content
+      integer :: i
 
       call read_whole_file(file_name, content, error)
+      if (present(settings)) then
+         do i = 1, size(settings)
+            if (.not. allocated(error)) call apply_setting(settings(i), file_name, content, error)
+         end do
+      end if
       if (allocated(error)) return
       call parse_namelist(content, file_name, namelist, error)
       if (present(text)) call move_alloc(content, text)

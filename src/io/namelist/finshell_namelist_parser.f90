@@ -23,6 +23,7 @@ module finshell_namelist_parser
    type :: entry_t
       character(len=:), allocatable :: key !< lower case
       integer :: line = 0
+      integer :: first = 0, last = 0 !< characters of the text that it takes
       type(value_t), allocatable :: values(:)
       logical :: used = .false.
    end type entry_t
@@ -31,6 +32,7 @@ module finshell_namelist_parser
       character(len=:), allocatable :: name !< lower case
       character(len=:), allocatable :: file !< where it stands, for messages
       integer :: line = 0
+      integer :: last = 0 !< character of the text that closes it, the first one of &end
       type(entry_t), allocatable :: entries(:)
       character(len=:), allocatable :: known_keys !< the keys asked for so far, 'one, two'
    end type group_t
@@ -129,12 +131,13 @@ contains
    !> Take the end of a group when it is next; an error when the file ends or another group begins.
    logical function ends_group(here, group, error)
       type(cursor_t), intent(inout) :: here
-      type(group_t), intent(in) :: group
+      type(group_t), intent(inout) :: group
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: found
 
       ends_group = .false.
       call skip_space(here)
+      group%last = here%at
       if (here%at > len(here%text)) then
          call complain(here, group%line, '&'//group%name//' is not closed: a group ends with /, found the end of the file', error)
       else if (here%text(here%at:here%at) == '/') then
@@ -160,6 +163,7 @@ contains
       character(len=:), allocatable :: word
 
       entry%line = here%line
+      entry%first = here%at
       word = excerpt(here)
       call take_word(here, entry%key)
       call skip_space(here)
@@ -216,6 +220,7 @@ contains
             count_of_values = count_of_values + 1
             values(count_of_values) = value
          end do
+         entry%last = here%at - 1
          after_comma = .false.
       end do
       if (count_of_values == 0) then

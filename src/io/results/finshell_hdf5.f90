@@ -11,6 +11,7 @@ module finshell_hdf5
    use hdf5, only: h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f
    use hdf5, only: h5dcreate_f, h5dopen_f, h5dclose_f, h5dwrite_f, h5dread_f, h5dget_space_f, h5dset_extent_f
    use hdf5, only: h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5pset_fill_time_f, h5pset_shuffle_f, h5pset_deflate_f
+   use hdf5, only: h5gn_members_f, h5gget_obj_info_idx_f, h5aget_type_f, h5dget_type_f, h5tget_size_f
    use hdf5, only: h5zfilter_avail_f, h5z_filter_deflate_f
    use hdf5, only: h5tcopy_f, h5tclose_f, h5tset_size_f, h5tset_cset_f, h5tset_strpad_f
    use hdf5, only: h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_scope_global_f, h5s_scalar_f, h5s_select_set_f, h5s_unlimited_f
@@ -52,6 +53,7 @@ module finshell_hdf5
       procedure :: get_integer
       procedure :: set_text
       procedure :: write_text
+      procedure :: get_text, read_text, members
    end type hdf5_file_t
 
    !> A dataset that grows by rows; its handle stays open until the table is closed.
@@ -365,6 +367,79 @@ contains
       integer(i8), parameter :: most_bytes = 2_i8**31
       pieces = int(8_i8*components*rows/most_bytes) + 1
    end function pieces
+
+   !> Read a text attribute.
+   subroutine get_text(self, path, attribute, text, error)
+      class(hdf5_file_t), intent(in) :: self
+      character(len=*), intent(in) :: path, attribute
+      character(len=:), allocatable, intent(out) :: text
+      type(error_t), allocatable, intent(out) :: error
+      character(len=:), allocatable, target :: buffer
+      type(c_ptr) :: place
+      integer(hid_t) :: object, id, type
+      integer(size_t) :: length
+      integer :: status, ignored
+      text = ''
+      call h5oopen_f(self%id, path, object, status)
+      if (status >= 0) then
+         call h5aopen_f(object, attribute, id, status)
+         if (status >= 0) then
+            call h5aget_type_f(id, type, ignored)
+            call h5tget_size_f(type, length, ignored)
+            allocate (character(len=length) :: buffer)
+            place = c_loc(buffer)
+            call h5aread_f(id, type, place, status)
+            if (status >= 0) text = buffer
+            call h5tclose_f(type, ignored)
+            call h5aclose_f(id, ignored)
+         end if
+         call h5oclose_f(object, ignored)
+      end if
+      call check(status >= 0, self%name, 'read attribute '//attribute//' of '//path//' (was this file written by finshell?)', error)
+   end subroutine get_text
+
+   !> Read a whole text that `write_text` wrote.
+   subroutine read_text(self, path, text, error)
+      class(hdf5_file_t), intent(in) :: self
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable, intent(out) :: text
+      type(error_t), allocatable, intent(out) :: error
+      character(len=:), allocatable, target :: buffer
+      type(c_ptr) :: place
+      integer(hid_t) :: type, id
+      integer(size_t) :: length
+      integer :: status, ignored
+      text = ''
+      call h5dopen_f(self%id, path, id, status)
+      if (status >= 0) then
+         call h5dget_type_f(id, type, ignored)
+         call h5tget_size_f(type, length, ignored)
+         allocate (character(len=length) :: buffer)
+         place = c_loc(buffer)
+         call h5dread_f(id, type, place, status)
+         if (status >= 0) text = buffer
+         call h5tclose_f(type, ignored)
+         call h5dclose_f(id, ignored)
+      end if
+      call check(status >= 0, self%name, 'read dataset '//path//' (was this file written by finshell?)', error)
+   end subroutine read_text
+
+   !> Names of what is in a group, 'one, two'; '' where there is no such group.
+   function members(self, path) result(names)
+      class(hdf5_file_t), intent(in) :: self
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: names
+      character(len=256) :: name
+      integer :: i, kind, number, status
+      names = ''
+      call h5gn_members_f(self%id, path, number, status)
+      if (status < 0) return
+      do i = 0, number - 1
+         call h5gget_obj_info_idx_f(self%id, path, i, name, kind, status)
+         if (names /= '') names = names//', '
+         if (status >= 0) names = names//trim(name)
+      end do
+   end function members
 
    !> Open an existing table, which must have these components; `rows` returns how many rows it has.
    subroutine open_table(self, file, path, kind, rows, error, components, rank)

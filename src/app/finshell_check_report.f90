@@ -1,0 +1,63 @@
+!> What `check` says of a model beside its size: the mesh and its sets, what the loads come to, what is free to move.
+module finshell_check_report
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use finshell_equilibrium, only: equilibrium_t
+   use finshell_error, only: error_t, text_of
+   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
+   use finshell_input, only: input_t
+   use finshell_kinds, only: dp, wp
+   use finshell_load_resultant, only: resultant_of
+   use finshell_mechanism, only: check_mechanism
+   use finshell_mesh_report, only: print_mesh
+   use finshell_team, only: shared
+   implicit none
+   private
+   public :: print_check
+
+contains
+
+   !> Print it. The loads of a team would be those of one member; they are left out.
+   subroutine print_check(input, problem)
+      type(input_t), intent(in) :: input
+      type(equilibrium_t), intent(in) :: problem
+      type(error_t), allocatable :: error
+      real(wp) :: resultant(n_nodal)
+      integer :: i
+
+      call print_mesh(input%structure%mesh)
+      do i = 1, merge(0, size(input%structure%loads), shared(problem%team))
+         resultant = resultant_of(i, input%structure, problem%equations, problem%state, problem%assembly)
+         associate (load => input%structure%loads(i))
+            write (output_unit, '(a)') 'Load in line '//text_of(input%load_lines(i))//' ('//trim(load%kind)//', '//load%set &
+               //') at a factor of 1: force '//triple(resultant(ux:uz))//', moment about the origin '//triple(resultant(rx:rz))
+         end associate
+      end do
+      call check_mechanism(input%structure%mesh, problem%equations, error, &
+                           problem%external%springs(input%structure, problem%equations))
+      if (allocated(error)) then
+         write (output_unit, '(a)') 'Free: '//error%message(:index(error%message//';', ';') - 1)
+      else
+         write (output_unit, '(a)') 'Rigid-body motions: none is free'
+      end if
+   end subroutine print_check
+
+   !> Three components, what is rounding as 0.
+   function triple(vector) result(text)
+      real(wp), intent(in) :: vector(3)
+      character(len=:), allocatable :: text
+      real(wp) :: rounded(3)
+      rounded = vector
+      where (abs(vector) <= 1.0e-12_wp*maxval(abs(vector))) rounded = 0
+      text = '('//short(rounded(1))//', '//short(rounded(2))//', '//short(rounded(3))//')'
+   end function triple
+
+   !> Six digits.
+   function short(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: text
+      character(len=24) :: buffer
+      write (buffer, '(g14.6)') real(x, dp)
+      text = trim(adjustl(buffer))
+      if (.not. abs(x) > 0) text = '0'
+   end function short
+end module finshell_check_report
