@@ -151,8 +151,6 @@ contains
          call self%ramp(problem, step, by_constant_factor, observer, error, ramping == by_constant_factor)
    end subroutine ramps_before
 
-   end subroutine ramps_before
-
    subroutine ramp(self, problem, step, scaling, observer, error, resumes)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
@@ -177,7 +175,7 @@ contains
          if (.not. allocated(error)) call self%progress%begin(problem%state)
          if (.not. allocated(error)) call self%advance(problem, ramp_before(step, scaling), targets, observer, error)
       end if
-      call self%history%forget()
+      if (.not. allocated(error)) call self%history%forget() ! a run that ends here may go on
    end subroutine ramp
 
    !> Increment after increment until the targets are reached.
