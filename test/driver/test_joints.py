@@ -129,6 +129,37 @@ class TestTies(Case):
             )
             self.assertAlmostEqual(tied[-1]["z"] / whole[-1]["z"], 1, delta=1e-10)
 
+    def test_modes(self):
+        """Frequencies about a bent state are those of the undivided mesh."""
+        found = []
+        for sheets, end, tie in ((self.WHOLE, "a_x1", ""), (self.HALVES, "b_x1", "&tie node_set = 'b_x0' to_node_set = 'a_x1' /")):
+            found.append(self.bent(sheets, end, tie, extra="&step control = 'frequencies' modes = 4 /\n"))
+            found[-1] = [row["load_factor"] for row in found[-1][-4:]]
+        for whole, tied in zip(*found, strict=True):
+            self.assertAlmostEqual(tied / whole, 1, delta=1e-7)
+
+    def test_restart(self):
+        """A longer input goes on bit for bit."""
+        text = (
+            "&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 20, 2 /\n"
+            + MATTER.format(nu=0.0, t=0.01)
+            + """&node name = 'hub' position = 10.0, 0.5, 0.1 /
+&rigid_body node_set = 'edge_x1' reference = 'hub' /
+&support node_set = 'edge_x0' type = 'clamped' /
+&support node_set = 'hub' ry = -1.0 fixed = 'rx', 'rz', 'uy' /
+&step load_factor = 1.0 /
+&monitor name = 'x' quantity = 'displacement' component = 'x' node_set = 'hub' /
+"""
+        )
+        longer = text + "&step load_factor = 2.0 /\n"
+        whole = self.run_input(longer)
+        self.run_input(text)
+        done = self.call(longer, arguments=("restart", "in"))
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        with open(self.folder / "in.history.csv", encoding="ascii") as f:
+            rows = [float(row["x"]) for row in csv.DictReader(f)]
+        self.assertEqual(rows, [row["x"] for row in whole])
+
     def test_threads(self):
         """A mesh large enough for two threads: the same bits."""
         sheets = {"a": ((0, 0, 0), (2, 0, 0), (0, 1, 0), 50, 25), "b": ((2, 0, 0), (2, 0, 0), (0, 1, 0), 46, 22)}
