@@ -384,6 +384,31 @@ class TestEquations(Case):
         )[-1]
         self.assertAlmostEqual(row["u"] / (1e-3 * 2 / (1.2e6 * 0.1)), 1, delta=1e-9)
 
+    def test_deck(self):
+        """*EQUATION becomes &equation, over two lines too; rotations are not taken, and said so."""
+        write_deck(self.folder / "d.inp", {"a": ((0, 0, 0), (2, 0, 0), (0, 1, 0), 4, 2)})
+        with open(self.folder / "d.inp", "a", encoding="ascii") as f:
+            f.write("*MATERIAL, NAME=m\n*ELASTIC\n1.2e6, 0.3\n*SHELL SECTION, ELSET=a, MATERIAL=m\n0.1\n")
+            f.write("*BOUNDARY\na_x0, 1, 6\n*EQUATION\n2\n5, 3, 1., 15, 3, -1.\n3\n5, 1, 1.\n15, 1, -2., 10, 1, 1.\n")
+            f.write("*EQUATION\n2\n5, 4, 1., 15, 4, -1.\n*EQUATION\n3\n5, 1, 1.\n")
+            f.write("*STEP\n*STATIC\n*CLOAD\n5, 3, 1e-3\n*END STEP\n")
+        done = subprocess.run(
+            [os.environ["FINSHELL_BIN"], "convert", "d.inp"], cwd=self.folder, capture_output=True, text=True, check=False
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        text = (self.folder / "d.nml").read_text(encoding="utf-8")
+        self.assertEqual(text.count("&equation"), 2, text)
+        self.assertIn("components = 'ux', 'ux', 'ux' coefficients = 1", text)
+        self.assertIn("degrees of freedom 1 to 3 are expected: rotations do not add", text)
+        self.assertIn("it ends before its last term", text)
+        monitors = "".join(
+            f"&node_set name = 'n{n}' nodes = {n} /\n"
+            f"&monitor name = 'z{n}' quantity = 'displacement' component = 'z' node_set = 'n{n}' /\n"
+            for n in (5, 15)
+        )
+        row = self.run_input(text + monitors)[-1]
+        self.assertAlmostEqual(row["z5"] / row["z15"], 1, delta=1e-12)
+
     def test_redundant(self):
         text = (
             self.STRIP
