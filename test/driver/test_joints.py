@@ -129,6 +129,37 @@ class TestTies(Case):
             )
             self.assertAlmostEqual(tied[-1]["z"] / whole[-1]["z"], 1, delta=1e-10)
 
+    def test_modes(self):
+        """Frequencies about a bent state are those of the undivided mesh."""
+        found = []
+        for sheets, end, tie in ((self.WHOLE, "a_x1", ""), (self.HALVES, "b_x1", "&tie node_set = 'b_x0' to_node_set = 'a_x1' /")):
+            found.append(self.bent(sheets, end, tie, extra="&step control = 'frequencies' modes = 4 /\n"))
+            found[-1] = [row["load_factor"] for row in found[-1][-4:]]
+        for whole, tied in zip(*found, strict=True):
+            self.assertAlmostEqual(tied / whole, 1, delta=1e-7)
+
+    def test_restart(self):
+        """A longer input goes on bit for bit."""
+        text = (
+            "&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 20, 2 /\n"
+            + MATTER.format(nu=0.0, t=0.01)
+            + """&node name = 'hub' position = 10.0, 0.5, 0.1 /
+&rigid_body node_set = 'edge_x1' reference = 'hub' /
+&support node_set = 'edge_x0' type = 'clamped' /
+&support node_set = 'hub' ry = -1.0 fixed = 'rx', 'rz', 'uy' /
+&step load_factor = 1.0 /
+&monitor name = 'x' quantity = 'displacement' component = 'x' node_set = 'hub' /
+"""
+        )
+        longer = text + "&step load_factor = 2.0 /\n"
+        whole = self.run_input(longer)
+        self.run_input(text)
+        done = self.call(longer, arguments=("restart", "in"))
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        with open(self.folder / "in.history.csv", encoding="ascii") as f:
+            rows = [float(row["x"]) for row in csv.DictReader(f)]
+        self.assertEqual(rows, [row["x"] for row in whole])
+
     def test_threads(self):
         """A mesh large enough for two threads: the same bits."""
         sheets = {"a": ((0, 0, 0), (2, 0, 0), (0, 1, 0), 50, 25), "b": ((2, 0, 0), (2, 0, 0), (0, 1, 0), 46, 22)}
@@ -352,6 +383,31 @@ class TestEquations(Case):
 """
         )[-1]
         self.assertAlmostEqual(row["u"] / (1e-3 * 2 / (1.2e6 * 0.1)), 1, delta=1e-9)
+
+    def test_deck(self):
+        """*EQUATION becomes &equation, over two lines too; rotations are not taken, and said so."""
+        write_deck(self.folder / "d.inp", {"a": ((0, 0, 0), (2, 0, 0), (0, 1, 0), 4, 2)})
+        with open(self.folder / "d.inp", "a", encoding="ascii") as f:
+            f.write("*MATERIAL, NAME=m\n*ELASTIC\n1.2e6, 0.3\n*SHELL SECTION, ELSET=a, MATERIAL=m\n0.1\n")
+            f.write("*BOUNDARY\na_x0, 1, 6\n*EQUATION\n2\n5, 3, 1., 15, 3, -1.\n3\n5, 1, 1.\n15, 1, -2., 10, 1, 1.\n")
+            f.write("*EQUATION\n2\n5, 4, 1., 15, 4, -1.\n*EQUATION\n3\n5, 1, 1.\n")
+            f.write("*STEP\n*STATIC\n*CLOAD\n5, 3, 1e-3\n*END STEP\n")
+        done = subprocess.run(
+            [os.environ["FINSHELL_BIN"], "convert", "d.inp"], cwd=self.folder, capture_output=True, text=True, check=False
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        text = (self.folder / "d.nml").read_text(encoding="utf-8")
+        self.assertEqual(text.count("&equation"), 2, text)
+        self.assertIn("components = 'ux', 'ux', 'ux' coefficients = 1", text)
+        self.assertIn("degrees of freedom 1 to 3 are expected: rotations do not add", text)
+        self.assertIn("it ends before its last term", text)
+        monitors = "".join(
+            f"&node_set name = 'n{n}' nodes = {n} /\n"
+            f"&monitor name = 'z{n}' quantity = 'displacement' component = 'z' node_set = 'n{n}' /\n"
+            for n in (5, 15)
+        )
+        row = self.run_input(text + monitors)[-1]
+        self.assertAlmostEqual(row["z5"] / row["z15"], 1, delta=1e-12)
 
     def test_redundant(self):
         text = (

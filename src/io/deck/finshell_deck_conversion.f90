@@ -3,6 +3,7 @@
 module finshell_deck_conversion
    use finshell_deck, only: data_t, deck_t, read_deck
    use finshell_deck_connector, only: convert_connectors, is_truss_section
+   use finshell_deck_equation, only: convert_equation
    use finshell_deck_load, only: convert_boundary, convert_distributed_load, convert_nodal_load
    use finshell_deck_material, only: convert_material, convert_section
    use finshell_deck_mesh, only: mesh_of_deck
@@ -58,6 +59,7 @@ contains
          case ('BOUNDARY')
             if (loaded > 0 .and. step > loaded) call writer%miss(deck, c, 'it counts for all steps')
             call convert_boundary(deck, c, writer)
+         case ('EQUATION'); call convert_equation(deck, c, writer)
          case ('CLOAD', 'DLOAD', 'DSLOAD')
             if (loaded > 0 .and. step > loaded) then
                call writer%miss(deck, c, 'loads of a second step; all steps have the loads of the first')
