@@ -4,6 +4,7 @@ module finshell_edge_load
    use finshell_dead_load, only: add_edge, add_edge_moment, dead_load_t
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t
+   use finshell_follower_bulge, only: add_follower_bulge
    use finshell_follower_line, only: add_follower_line, add_follower_moment
    use finshell_load, only: load_t, load_edge
    use finshell_loaded_set, only: loaded_edges
@@ -31,6 +32,7 @@ contains
          call add_side_load(load, structure, edges, equations%held, list)
       else if (load%kind == 'follower_line') then
          call add_follower_line(load, structure, equations, edges, list, error)
+         if (.not. allocated(error)) call add_follower_bulge(load, structure, equations, edges, list)
       else if (abs(load%numbers(1)) > 0) then
          call add_follower_moment(load, structure, equations, edges, list, error)
       else

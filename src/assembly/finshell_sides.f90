@@ -8,7 +8,7 @@ module finshell_sides
    public :: side_list_t, sides_on
 
    type :: side_list_t
-      integer, allocatable :: element(:)
+      integer, allocatable :: element(:), side(:) !< and which of its sides: from its node `side` to the next
       integer, allocatable :: nodes(:, :) !< (3, sides) ends of the side and the third node, counter-clockwise
       integer, allocatable :: shared(:) !< elements at the edge
       logical, allocatable :: first(:) !< is it the first of its edge?
@@ -41,7 +41,7 @@ contains
          end do
       end do
       n = count(at > 0)
-      allocate (list%element(n), list%nodes(3, n), list%shared(n), list%first(n), list%sense(n), list%length(n))
+      allocate (list%element(n), list%side(n), list%nodes(3, n), list%shared(n), list%first(n), list%sense(n), list%length(n))
       begins = 0
       n = 0
       do e = 1, size(mesh%triangles, 2)
@@ -49,6 +49,7 @@ contains
             if (at(k, e) == 0) cycle
             n = n + 1
             list%element(n) = e
+            list%side(n) = k
             list%nodes(:, n) = mesh%triangles([k, 1 + mod(k, 3), 1 + mod(k + 1, 3)], e)
             list%shared(n) = shared(at(k, e))
             list%first(n) = begins(at(k, e)) == 0

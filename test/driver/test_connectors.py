@@ -263,6 +263,37 @@ class Connectors(unittest.TestCase):
             self.assertLess(abs(rows[-1]["w"]), 0.02)
             self.assertNotIn("SNAP", self.printed)
 
+    def test_patch_under_follower_load(self):
+        """A force in the plane on the edge of a strip: constant tension, to rounding."""
+        rows = self.solve("""&mesh generator = 'rectangle' lengths = 2.0, 1.0 divisions = 4, 2 /
+&material name = 'm' law = 'linear_elastic' e = 1.0e6 nu = 0.3 /
+&section thickness = 0.1 /
+&support node_set = 'edge_x0' fixed = 'ux', 'uz', 'ry' /
+&support node_set = 'corner_x0_y0' fixed = 'uy', 'rx' /
+&load type = 'follower_line' edge_set = 'edge_x1' in_plane = 10 /
+&step control = 'linear' /
+&monitor name = 'u' quantity = 'displacement' component = 'x' node_set = 'edge_x1' /
+&monitor name = 'most' quantity = 'membrane_force' component = '11' element_set = 'all' reduce = 'max' /
+&monitor name = 'least' quantity = 'membrane_force' component = '11' element_set = 'all' reduce = 'min' /
+""")
+        self.near(rows[-1]["u"], 2e-4, 1e-9)
+        self.near(rows[-1]["most"], 10, 1e-9)
+        self.near(rows[-1]["least"], 10, 1e-9)
+
+    def test_explicit_on_a_foundation(self):
+        """What a foundation stores is not work of loads: the energy of a free sheet on springs stays."""
+        rows = self.solve("""&mesh generator = 'rectangle' lengths = 2.0, 1.0 divisions = 2, 1 /
+&material name = 'm' law = 'linear_elastic' e = 1.0e4 nu = 0.3 density = 10 /
+&section thickness = 0.1 /
+&load type = 'foundation' vector = 4.0, 4.0, 4.0 /
+&initial_velocity node_set = 'all' velocity = 0, 0, 1 /
+&step control = 'explicit' duration = 3.0 largest_increment = 0.003 /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'all' /
+""")
+        self.assertAlmostEqual(rows[-1]["w"], math.sin(6) / 2, delta=3e-3)
+        self.assertAlmostEqual(rows[-1]["kinetic_energy"] + rows[-1]["stored_energy"], 1, delta=1e-3)
+        self.assertAlmostEqual(rows[-1]["work"], 0, delta=1e-10)
+
     def test_ring_under_follower_load(self):
         """A ring buckles under a force along its normal at 3 EI/R^3: deflections under a small disturbance grow as 1/(q - q0)."""
         rows = self.solve(f"""&mesh generator = 'cylinder' radius = 10 length = 1 angles = 0, 90 divisions = 40, 1 /

@@ -131,6 +131,26 @@ class Processes(unittest.TestCase):
             self.close(values, fields[3][key], key, 1e-9)
         self.assertEqual([line[:7] for line in logs[1]], [line[:7] for line in logs[3]])
 
+    def test_connectors(self):
+        """Springs, bars, masses and follower loads are no elements: one process has them in its part of the matrix."""
+        text = STRIP.format(16) + """&node name = 'n' position = 10.0, 0.5, 4.0 /
+&point_mass name = 'm' node_set = 'n' mass = 0.1 /
+&spring name = 's' type = 'line' node_set = 'n' to = 'corner_x1_y0' stiffness = 0.1 /
+&spring name = 'g' type = 'axes' node_set = 'n' stiffness = 0.1 /
+&spring name = 't' type = 'rotation' node_set = 'corner_x1_y1' to = 'corner_x1_y0' stiffness = 0.1 /
+&load type = 'follower_line' edge_set = 'edge_x1' normal = 2e-5 in_plane = 1e-3 /
+&load type = 'gravity' vector = 0, 0, -1e-3 /
+&monitor name = 'f' quantity = 'connector_force' connector = 's' /
+&step load_factor = 0.4 tolerance = 'tight' /
+"""
+        rows = {}
+        for processes in (1, 3):
+            run = self.solve_text(text, processes)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            rows[processes] = rows_of(self.folder)
+        for column in ("load_factor", "w", "f"):
+            self.close([r[column] for r in rows[1]], [r[column] for r in rows[3]], column)
+
     def test_more_processes_than_elements(self):
         run = self.solve_text(STRIP.format(1), 4)
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
