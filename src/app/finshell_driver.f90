@@ -242,7 +242,10 @@ contains
       if (stopped .and. speaks .and. allocated(path%course)) then
          call reporter%checkpoint%note(.false., .true., late)
          ! between two rows the fields are those of neither
-         if (abs(problem%state%time - reporter%last%motion%time) > 0) reporter%last_written = reporter%last%increment
+         if (abs(problem%state%time - reporter%last%motion%time) > 0) then
+            reporter%parts%last_written = reporter%last%increment
+            reporter%probes%last_written = reporter%last%increment
+         end if
       end if
       if (stopped) error%message = interrupt_text(options, input)
       if (speaks .and. input%outputs(1)%fields) call reporter%parts(1)%file%log_line(ending_text(error), late)
@@ -264,7 +267,7 @@ contains
       type(input_t), intent(in) :: input
       character(len=:), allocatable :: text
       text = 'interrupted: finshell restart '//options%folder//input%name//' goes on from here'
-      if (input%output%restart == restart_none) text = 'interrupted; this run cannot go on, as it keeps nothing for a restart' &
+      if (input%outputs(1)%restart == restart_none) text = 'interrupted; this run cannot go on, as it keeps nothing for a restart' &
          //trim(merge(' (&accuracy)                  ', ' (restart = ''none'' in &output)', allocated(input%accuracy)))
    end function interrupt_text
 

@@ -143,6 +143,19 @@ class Processes(unittest.TestCase):
 &monitor name = 'f' quantity = 'connector_force' connector = 's' /
 &step load_factor = 0.4 tolerance = 'tight' /
 """
+
+    def test_steps_with_stages(self):
+        """Amplitudes, supports and loads that come and go, imperfections: the same on one process and on three."""
+        text = STRIP.format(16).replace("1e-6 /", "1e-2 amplitude = 'a' until_step = 3 /").replace("&step control = 'linear' load_factor = 0.2 /\n", "") + """
+&amplitude name = 'a' points = 0, 0, 0.04, 0.2, 0.3, 0.1 /
+&support node_set = 'edge_x1' fixed = 'uy' uz = 0.1 from_step = 2 until_step = 2 /
+&imperfection step = 1 amplitudes = 0.02 /
+&imperfection wave_length = 3.0 amplitudes = 0.01 /
+&step load_factor = 0.2 tolerance = 'tight' /
+&step control = 'arc_length' load_factor = 0.3 tolerance = 'tight' /
+&step tolerance = 'tight' load_factor = 0.3 /
+"""
+        text = text.replace("&step load_factor = 0.1 /", "&step control = 'buckling' modes = 1 /")
         rows = {}
         for processes in (1, 3):
             run = self.solve_text(text, processes)
@@ -150,6 +163,10 @@ class Processes(unittest.TestCase):
             rows[processes] = rows_of(self.folder)
         for column in ("load_factor", "w", "f"):
             self.close([r[column] for r in rows[1]], [r[column] for r in rows[3]], column)
+
+        self.assertEqual(len(rows[1]), len(rows[3]))
+        for column in ("load_factor", "w", "factor_a"):
+            self.close([r[column] for r in rows[1]], [r[column] for r in rows[3]], column, 1e-8)
 
     def test_more_processes_than_elements(self):
         run = self.solve_text(STRIP.format(1), 4)
