@@ -260,7 +260,7 @@ def warnings(fitted: Fit) -> List[str]:
         return found
     if fitted.law.name == "yeoh" and fitted.values["c1"] <= 0:
         found.append("not usable: c1 is not positive; the program refuses it")
-    zero = [p for p in fitted.law.linear if fitted.values[p] == 0]
+    zero = [p for p in fitted.law.linear if fitted.values[p] == 0 and fitted.law.word in ("ogden", "mooney_rivlin")]
     if zero:
         found.append(f"{', '.join(zero)} at the bound 0: a law with fewer parameters does as well, or other tests are needed")
     ends = [p for p in fitted.law.others if fitted.law.word == "ogden" and abs(fitted.values[p]) > 0.999 * LARGEST]

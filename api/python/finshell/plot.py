@@ -219,6 +219,9 @@ def animate(figures: Iterable[Figure], path: Path, rate: float) -> None:
         many = np.repeat(codes, np.ceil(np.sqrt(count)).astype(int))
         seen = np.stack([many >> 16, many >> 8 & 255, many & 255], axis=1).astype(np.uint8)
         table = Image.fromarray(seen[None]).quantize(colors=256, method=Image.Quantize.MEDIANCUT)
+        colours = np.array(table.getpalette()).reshape(-1, 3)
+        colours[colours.min(axis=1) > 240] = 255  # white stays white; the look-up of colours is coarse
+        table.putpalette(colours.ravel().tolist())
         frames = [frame.quantize(palette=table, dither=Image.Dither.FLOYDSTEINBERG) for frame in frames]
         times = [round(1000 / rate)] * (len(frames) - 1) + [max(1000, round(1000 / rate))]
         frames[0].save(path, save_all=True, append_images=frames[1:], duration=times, loop=0)

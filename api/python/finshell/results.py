@@ -167,13 +167,33 @@ class Sets:
         self.triangles: Dict[str, List[List[int]]] = {}
         self.nodes: Dict[str, List[int]] = {}
         try:
-            self._read(self._sections(self.path.read_text(encoding="utf-8")))
-        except (KeyError, IndexError, ValueError) as reason:
-            raise Missing(f"{self.path}: not a mesh as `finshell mesh` writes it ({reason!r})") from reason
+            sections = self._sections(self.path.read_text(encoding="utf-8"))
+            self._read(sections)
+            same = self._same_nodes(sections["Nodes"], results.points)
+        except (KeyError, IndexError, ValueError, StopIteration) as reason:
+            raise Missing(f"{self.path}: not a mesh as `finshell mesh INPUT.nml` writes it") from reason
+        if not same:
+            raise Missing(f"{self.path}: not the mesh of the results; `finshell mesh INPUT.nml` writes it")
 
     @staticmethod
     def _sections(text: str) -> Dict[str, List[str]]:
         return {name: body.strip().splitlines() for name, body in re.findall(r"^\$(\w+)\n(.*?)^\$End\1", text, re.S | re.M)}
+
+    @staticmethod
+    def _same_nodes(lines: List[str], points: Doubles) -> bool:
+        rest = iter(lines)
+        blocks, count = (int(word) for word in next(rest).split()[:2])
+        found = np.full((len(points), 3), np.nan)
+        if count != len(points):
+            return False
+        for _ in range(blocks):
+            number = int(next(rest).split()[3])
+            tags = [int(next(rest)) - 1 for _ in range(number)]
+            if number:
+                if max(tags) >= count:
+                    return False
+                found[tags] = [[float(word) for word in next(rest).split()] for _ in range(number)]
+        return bool(np.abs(found - points).max() <= 1e-9 * np.abs(points).max())
 
     def _read(self, sections: Dict[str, List[str]]) -> None:
         physical = {}
