@@ -27,7 +27,7 @@ def pages():
              Path("LICENSE"): None}
     for path in sorted((ROOT / "doc").glob("*.md")):
         found[path.relative_to(ROOT)] = Path(path.name)
-    for path in sorted((ROOT / "examples").glob("*/README.md")):
+    for path in sorted({p.parent / "README.md" for p in (ROOT / "examples").glob("*/*.nml")} | set((ROOT / "examples").glob("*/README.md"))):
         found[path.relative_to(ROOT)] = Path("examples") / f"{path.parent.name}.md"
     for path in sorted((ROOT / "api").glob("*/README.md")):
         found[path.relative_to(ROOT)] = Path("hosts") / f"{path.parent.name}.md"
@@ -91,7 +91,7 @@ def main():
     known = pages()
     listed = {str(new.with_suffix("")) for new in known.values()}
     for old, new in known.items():
-        text = (ROOT / old).read_text(encoding="utf-8")
+        text = (ROOT / old).read_text(encoding="utf-8") if (ROOT / old).is_file() else f"# {old.parent.name}\n"
         if old.parts[0] == "examples":
             text = example(ROOT / old, text)
         text = relinked(text, old, new, known)

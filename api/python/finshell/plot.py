@@ -30,7 +30,6 @@ from .results import History, Missing, Results, Sets, Values, beside
 
 VIEWS = {"iso": (-60.0, 25.0), "x": (0.0, 0.0), "-x": (180.0, 0.0), "y": (90.0, 0.0), "-y": (-90.0, 0.0), "z": (-90.0, 90.0), "-z": (-90.0, -90.0)}
 STILL, MOVING = (".png", ".pdf", ".svg"), (".gif", ".mp4")
-DPI = 100
 
 
 @dataclass
@@ -138,8 +137,7 @@ class Scene:
         """One picture with its colour bar."""
         options = self.options
         width, height = options.size
-        figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
-        FigureCanvasAgg(figure)
+        figure = blank(width, height)
         box = (0.03, 0.05, 0.79, 0.84)
         pixels = int(width * box[2]), int(height * box[3])
         extent = np.maximum(self.high - self.low, 1e-300)
@@ -179,13 +177,20 @@ class Scene:
             axes.text(*(1.25 * end), "xyz"[axis], ha="center", va="center", fontsize=9, color="0.25")
 
 
+def blank(width: int, height: int) -> Figure:
+    """An empty picture of so many pixels; its letters grow with the root of its width."""
+    dpi = 100 * np.sqrt(width / 1000)
+    figure = Figure(figsize=(width / dpi, height / dpi), dpi=dpi)
+    FigureCanvasAgg(figure)
+    return figure
+
+
 def curves(path: Path, x: str, names: Sequence[str], options: Options) -> Figure:
     """Columns of the history over another column."""
     history = History(path)
     across = history.column(x)
     width, height = options.size
-    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
-    FigureCanvasAgg(figure)
+    figure = blank(width, height)
     axes = figure.add_subplot()
     for name in names:
         axes.plot(across, history.column(name), marker="o", ms=4, lw=1.4, label=name)
