@@ -135,14 +135,18 @@ def fortran(root, folder):
 def c_header(root, folder):
     """finshell.h: its comments as words, what they stand before as code."""
     text = (root / "api" / "finshell.h").read_text(encoding="utf-8")
-    parts = ["# finshell.h"]
+    parts = ["# finshell.h", "## Conventions"]
     for number, (comment, code) in enumerate(re.findall(r"^/\*(.*?)\*/\n?(.*?)(?=^/\*|\Z)", text, re.S | re.M)):
         lines = [re.sub(r"^ \* ?", "", line).rstrip() for line in comment.splitlines()]
+        if lines[0].strip().startswith("-----"):
+            parts.append("## " + lines[0].strip(" -").capitalize())
+            lines = [""]
         function = re.search(r"^(?:int32_t|void|const char \*)\s*(finshell_\w+)\(", code, re.M) or re.search(r"^(?:typedef struct )(finshell_\w+)", code, re.M)
         if function:
-            parts.append(f"## {function.group(1)}")
+            parts.append(f"### {function.group(1)}")
         words = " ".join(lines) if number else "\n".join(lines)
-        parts.append(escaped(words.strip()) if number else "```text\n" + words.strip() + "\n```")
+        if words.strip():
+            parts.append(escaped(words.strip()) if number else "```text\n" + words.strip() + "\n```")
         if code.strip():
             parts.append("```c\n" + code.strip() + "\n```")
     (folder / "c_header.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")

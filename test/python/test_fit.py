@@ -165,6 +165,45 @@ class Measured(unittest.TestCase):
         self.assertIn("c01 at the bound 0", tool.warnings(bound)[0])
 
 
+class Page(unittest.TestCase):
+    """The numbers of doc/materials.md."""
+
+    PAGE = (SOURCE / "doc" / "materials.md").read_text(encoding="utf-8")
+
+    def rows(self, heading):
+        table = self.PAGE.split(heading, 1)[1].split("\n\n", 1)[0]
+        return [[cell.strip() for cell in line.strip(" |").split("|")] for line in table.splitlines() if line.startswith("| `")]
+
+    def test_errors_of_fits(self):
+        rows = self.rows("| law | Treloar 1944")
+        self.assertEqual(len(rows), len(LAWS))
+        data = [tool.read(TRELOAR, "uniaxial")], [tool.read(KAWABATA, "biaxial")]
+        for (words, *errors), name in zip(rows, LAWS):
+            for error, some in zip(errors, data):
+                self.assertAlmostEqual(100 * tool.fit(LAWS[name], some).error / float(error.split()[0]), 1, delta=0.01, msg=words)
+
+    def test_balloons(self):
+        laws = [("neo_hookean", {"mu": 1.0}), ("mooney_rivlin", {"c10": 0.9, "c01": 0.1}), ("mooney_rivlin", {"c10": 0.8, "c01": 0.2}),
+                ("gent", {"mu": 1.0, "jm": 80.0}), ("ogden3", OGDEN_1972)]
+        rows = self.rows("| law | pressure of a sphere")
+        self.assertEqual(len(rows), len(laws))
+        s = np.exp(np.linspace(0, 2.2, 40001))
+        for (words, *numbers), (name, values) in zip(rows, laws):
+            with np.errstate(all="ignore"):
+                rise = np.diff(LAWS[name].stress(values, s, s)[0] / s**2)  # p R/(2 h) = P/stretch**2
+            turns = [float(s[i + 1]) for i in np.flatnonzero(np.sign(rise[1:]) * np.sign(rise[:-1]) < 0)]
+            self.assertEqual(len(turns), sum(number != "–" for number in numbers[:2]), words)
+            for turn, number in zip(turns, numbers):
+                self.assertAlmostEqual(turn, float(number), delta=6e-4, msg=words)
+            limit = stable_range(LAWS[name], values, "equibiaxial", "hill")[1]
+            self.assertAlmostEqual(limit / float(numbers[2]), 1, delta=3e-3, msg=words)
+
+    def test_published_set(self):
+        line = re.search(r"&material name = 'rubber' law = 'ogden' (.*) /", self.PAGE).group(1)
+        for name, value in re.findall(r"(\w+) = (\S+)", line):
+            self.assertAlmostEqual(float(value) / OGDEN_1972[name], 1, delta=1e-4)
+
+
 class Program(unittest.TestCase):
     """The driver gives the stresses of the law that was fitted, from the group that the tool prints."""
 
