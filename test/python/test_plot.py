@@ -105,6 +105,14 @@ class Pictures(unittest.TestCase):
         self.assertGreater((plain != lined).any(axis=2).sum(), 1000)
         self.assertLess((plain != lined).any(axis=2).sum(), 100000)
 
+    def test_views(self):
+        above, below = self.shape("--deformed", "0", "--component", "x", "--view", "z"), self.shape("--deformed", "0", "--component", "x", "--view", "-z")
+        self.assertEqual(above.shape, below.shape)
+        self.assertLess(np.abs(above[5:-5, 5:-5] - below[-6:4:-1, 5:-5]).max(), 12)  # from below, y points down
+        for words in (("--view", "-90,90"), ("--view=-90,90",)):
+            np.testing.assert_array_equal(self.shape("--deformed", "0", "--component", "x", *words), above)
+        self.assertLess(self.shape("--deformed", "0", "--view", "-60,25").shape[0], 0.8 * above.shape[0])
+
     def test_missing_values_are_grey(self):
         part = self.shape("--field", "fibre_stretch", "--component", "1")
         height, width = part.shape[:2]

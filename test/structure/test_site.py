@@ -98,9 +98,9 @@ class Site(unittest.TestCase):
 
     def test_a_module(self):
         page = interfaces.Module(FORTRAN).page()
-        for part in ("## m\n\nWhat it is for.", "### thing\n\nA thing.", "real(wp) :: size = 0 !< its size", "### run\n\nRuns x \\< y:", "```text\ny = 2*x\n```",
-                     "pure function run(x, &\n                  factor) result(y)\n   real(wp), intent(in) :: x(:) !< where\n   real(wp), intent(in), optional :: factor\n"
-                     "   real(wp) :: y, inner\n```"):
+        for part in ("## m\n\nWhat it is for.", "### thing\n\nA thing.", "real(wp) :: size = 0 !< its size", "### run\n\nRuns x \\< y:",
+                     "```text\ny = 2*x\n```", "pure function run(x, &\n                  factor) result(y)\n   real(wp), intent(in) :: x(:) !< where\n"
+                     "   real(wp), intent(in), optional :: factor\n   real(wp) :: y, inner\n```"):
             self.assertIn(part, page)
         for part in ("hidden", "inside", "Not seen"):
             self.assertNotIn(part, page)

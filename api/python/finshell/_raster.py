@@ -5,7 +5,7 @@ whatever cuts or folds there are, and lines of the mesh are drawn by their dista
 """
 from __future__ import annotations
 
-from typing import NamedTuple, Optional, Tuple
+from typing import Any, Callable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -107,7 +107,7 @@ def rasterise(xy: Doubles, depth: Doubles, width: int, height: int) -> Fragments
     return Fragments(pixel, face, weights(xy, double, face, pixel % width + 0.5, pixel // width + 0.5))
 
 
-def weights(xy: Doubles, double: Doubles, face: "np.ndarray", x: Doubles, y: Doubles) -> Doubles:
+def weights(xy: Doubles, double: Doubles, face: "np.ndarray", x: "np.ndarray", y: "np.ndarray") -> Doubles:
     """(k, 3) barycentric coordinates of points in triangles."""
     (ax, ay), (bx, by), (cx, cy) = (xy[face, i].T for i in range(3))
     area = double[face]
@@ -155,7 +155,7 @@ def draw(points: Doubles, triangles: "np.ndarray", colour: "Colour", view: View,
 class Colour:
     """Colours of a field: constant in each triangle, or linear between its nodes."""
 
-    def __init__(self, values: Doubles, on_nodes: bool, norm: object, palette: object) -> None:
+    def __init__(self, values: Doubles, on_nodes: bool, norm: Callable[[Any], Any], palette: Callable[[Any], Any]) -> None:
         self._values, self._on_nodes, self._norm, self._palette = values, on_nodes, norm, palette
 
     def of(self, face: "np.ndarray", weight: Doubles, triangles: "np.ndarray") -> Doubles:
@@ -164,4 +164,4 @@ class Colour:
             values = np.einsum("ij,ij->i", weight, self._values[triangles[face]])
         else:
             values = self._values[face]
-        return self._palette(self._norm(np.ma.masked_invalid(values)))[:, :3]
+        return np.asarray(self._palette(self._norm(np.ma.masked_invalid(values)))[:, :3])

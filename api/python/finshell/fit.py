@@ -134,8 +134,7 @@ class Fit:
         v = self.values
         if self.law.word == "ogden":
             return 0.5 * sum(v[m] * v[a] for m, a in zip(self.law.linear, self.law.others))
-        return {"neo_hookean": v.get("mu"), "gent": v.get("mu"), "yeoh": 2 * v.get("c1", 0.0),
-                "mooney_rivlin": 2 * (v.get("c10", 0.0) + v.get("c01", 0.0))}[self.law.word]
+        return v.get("mu", 0.0) + 2 * (v.get("c1", 0.0) + v.get("c10", 0.0) + v.get("c01", 0.0))
 
     def material(self, name: str = "rubber") -> str:
         """The group for an input."""
@@ -155,7 +154,7 @@ def fit(law: Law, data: Sequence[Data], free: bool = False) -> Fit:
         raise Refused(f"{law.name} has {len(law.parameters)} parameters, and there are {len(target)} stresses only")
 
     def columns(others: Doubles) -> Doubles:
-        terms = [law.basis(d.l1, d.l2, others).reshape(len(law.linear), -1) for d in data]
+        terms = [law.basis(d.l1, d.l2, others.tolist()).reshape(len(law.linear), -1) for d in data]
         return (np.concatenate(terms, axis=1)[:, keep] * weights[keep]).T
 
     def linear(others: Doubles) -> Tuple[Doubles, Doubles]:
@@ -172,13 +171,11 @@ def fit(law: Law, data: Sequence[Data], free: bool = False) -> Fit:
     others = np.array([])
     if law.others:
         scale = Search(law, data)
-        best = None
+        solutions = []
         for start in scale.starts():
-            found = least_squares(lambda q: linear(scale.others(q))[1], start, method="trf", x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15,
-                                  bounds=scale.bounds(), max_nfev=400)
-            if best is None or found.cost < best.cost:
-                best = found
-        others = scale.others(best.x)
+            solutions.append(least_squares(lambda q: linear(scale.others(q))[1], start, method="trf", x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15,
+                                           bounds=scale.bounds(), max_nfev=400))
+        others = scale.others(min(solutions, key=lambda found: float(found.cost)).x)
     factors = linear(others)[0]
     if law.word == "ogden":
         order = np.lexsort((-others, factors == 0))
@@ -212,7 +209,7 @@ class Search:
         return [np.array(some) for some in itertools.combinations(grid, self.n)]
 
 
-def spread(fitted: Fit, weights: Doubles, keep: Doubles, target: Doubles) -> Tuple[Dict[str, float], Doubles]:
+def spread(fitted: Fit, weights: Doubles, keep: "np.ndarray", target: Doubles) -> Tuple[Dict[str, float], Doubles]:
     """Standard errors of the parameters and their correlations, from the derivatives of the stresses at the solution."""
     law, names = fitted.law, fitted.law.parameters
     rows = []

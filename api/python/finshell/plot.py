@@ -160,8 +160,9 @@ class Scene:
         return figure
 
     def caption(self, step: int) -> str:
-        """Increment, load factor and scale in words."""
-        text = f"increment {self.results.increments[step]}, load factor {self.results.load_factor[step]:.5g}"
+        """Increment, time, load factor and scale in words."""
+        time = "" if self.results.time is None else f"time {self.results.time[step]:.4g}, "
+        text = f"increment {self.results.increments[step]}, {time}load factor {self.results.load_factor[step]:.5g}"
         return text if self.scale == 1.0 else f"{text}, displacements × {self.scale:.3g}"
 
     def _axes(self, figure: Figure) -> None:
@@ -169,12 +170,12 @@ class Scene:
         axes = figure.add_axes((0.84, 0.02, 0.14, 0.14 * width / height), frameon=False, xticks=[], yticks=[], xlim=(-1.5, 1.5), ylim=(-1.5, 1.5))
         order = np.argsort(self.view.toward)  # what points away from the eye is drawn first
         for axis in order:
-            end = np.array([self.view.across[axis], self.view.up[axis]])
-            if np.hypot(*end) < 0.05:
+            x, y = float(self.view.across[axis]), float(self.view.up[axis])
+            if np.hypot(x, y) < 0.05:
                 continue
-            axes.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "lw": 1.0, "color": "0.25", "shrinkA": 0, "shrinkB": 0,
+            axes.annotate("", (x, y), (0, 0), arrowprops={"arrowstyle": "-|>", "lw": 1.0, "color": "0.25", "shrinkA": 0, "shrinkB": 0,
                                                        "mutation_scale": size / 4})
-            axes.text(*(1.25 * end), "xyz"[axis], ha="center", va="center", fontsize=9, color="0.25")
+            axes.text(1.25 * x, 1.25 * y, "xyz"[axis], ha="center", va="center", fontsize=9, color="0.25")
 
 
 def blank(width: int, height: int) -> Figure:
@@ -209,8 +210,10 @@ def curves(path: Path, x: str, names: Sequence[str], options: Options) -> Figure
 
 def pixels_of(figure: Figure) -> "np.ndarray":
     """(height, width, 3) bytes of a figure."""
-    figure.canvas.draw()
-    return np.asarray(figure.canvas.buffer_rgba())[:, :, :3].copy()
+    canvas = figure.canvas
+    assert isinstance(canvas, FigureCanvasAgg)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
 
 
 def animate(figures: Iterable[Figure], path: Path, rate: float) -> None:
@@ -347,6 +350,11 @@ def make(arguments: argparse.Namespace) -> Path:
 
 def main(words: Optional[Sequence[str]] = None) -> int:
     """The program; its exit code."""
+    words = list(sys.argv[1:] if words is None else words)
+    for i in range(len(words) - 1):  # `--view -60,20` too: argparse takes the second word for an option
+        if words[i] == "--view":
+            words[i:i + 2] = ["--view=" + words[i + 1]]
+            break
     arguments = parser().parse_args(words)
     try:
         print(make(arguments))

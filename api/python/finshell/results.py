@@ -13,7 +13,7 @@ from __future__ import annotations
 import csv
 import re
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Union
+from typing import Dict, List, NamedTuple, Optional, Tuple, Union
 
 import h5py
 import numpy as np
@@ -77,6 +77,7 @@ class Results:
             raise Missing(f"{self.path}: no increment is in it yet")
         self.last = self.steps - 1
         self.load_factor: Doubles = self._per_step("FieldData/load_factor")
+        self.time: Optional[Doubles] = self._per_step("FieldData/time") if "FieldData/time" in root else None
         increments = self._file.get("finshell/history/increment")
         self.increments = np.asarray(increments[: self.steps] if increments is not None and len(increments) >= self.steps
                                      else np.arange(self.steps), dtype=int)
@@ -152,7 +153,7 @@ class Results:
             wanted = {tuple(sorted(corners)) for corners in sets.triangles[name]}
             return np.array([tuple(sorted(corners)) in wanted for corners in self.triangles.tolist()])
         if name in sets.nodes:
-            return np.isin(self.triangles, sets.nodes[name]).any(axis=1)
+            return np.asarray(np.isin(self.triangles, sets.nodes[name]).any(axis=1))
         known = sorted({"all", *sets.triangles, *sets.nodes})
         raise Missing(f"{sets.path}: no set '{name}'; there are {', '.join(known)}")
 
@@ -196,12 +197,12 @@ class Sets:
         return bool(np.abs(found - points).max() <= 1e-9 * np.abs(points).max())
 
     def _read(self, sections: Dict[str, List[str]]) -> None:
-        physical = {}
+        physical: Dict[Tuple[int, int], str] = {}
         for line in sections.get("PhysicalNames", [])[1:]:
-            dimension, tag, name = line.split(maxsplit=2)
-            physical[int(dimension), int(tag)] = name.strip('"')
+            first, second, quoted = line.split(maxsplit=2)
+            physical[int(first), int(second)] = quoted.strip('"')
         lines = iter(sections["Entities"])
-        named: Dict[object, List[str]] = {}
+        named: Dict[Tuple[int, int], List[str]] = {}
         for dimension, count in enumerate(int(word) for word in next(lines).split()):
             for _ in range(count):
                 words = next(lines).split()
