@@ -15,7 +15,7 @@ from matplotlib import colormaps
 from PIL import Image
 
 sys.path.insert(0, str(Path(os.environ["FINSHELL_SOURCE_DIR"]) / "api" / "python"))
-from finshell import _raster, plot  # noqa: E402
+from finshell import _programs, _raster, plot  # noqa: E402
 
 # a strip of a quarter, pulled along x: the displacement grows from 0 to 1 from left to right; half of it has no fibres, so no stretch of them
 INPUT = """&job title = 'A strip, ''pulled''' name = 'strip' /
@@ -215,6 +215,15 @@ class Pictures(unittest.TestCase):
         self.refused("No such file", "-o", str(self.folder / "no" / "where.png"))
         (self.folder / "half.vtkhdf").write_bytes((self.folder / "strip.vtkhdf").read_bytes()[:3000])
         self.refused("not a result file of finshell", name="half")
+
+    def test_without_its_packages(self):
+        for program, package in (("plot", "h5py"), ("plot", "matplotlib"), ("fit", "scipy.optimize")):
+            error = io.StringIO()
+            with mock.patch.dict(sys.modules, {package: None}), contextlib.redirect_stderr(error):
+                for name in ("finshell.plot", "finshell.results", "finshell.fit"):
+                    sys.modules.pop(name, None)
+                self.assertEqual(getattr(_programs, program)(), 2)
+            self.assertRegex(error.getvalue(), rf"^finshell-{program}: .*{package}.*; `pip install h5py matplotlib scipy` installs what it needs\n$")
 
     def test_sets_of_another_mesh(self):
         text = (self.folder / "strip.msh").read_text()
