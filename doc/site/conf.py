@@ -1,4 +1,5 @@
 """Sphinx with MyST, for the sources that doc/site/assemble.py has put together (`make site`)."""
+import re
 import sys
 from pathlib import Path
 
@@ -20,3 +21,30 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 suppress_warnings = ["misc.highlighting_failure"]  # namelists are shown as Fortran, which they nearly are
 nitpicky = False
+smartquotes = False
+
+
+def indented_is_code(app, what, name, obj, options, lines):
+    """Docstrings are written for help(): what is indented after an empty line is code."""
+    marked = []
+    for number, line in enumerate(lines):
+        if line.startswith("    ") and number and not lines[number - 1].strip():
+            marked += ["::", ""]
+        marked.append(line)
+    lines[:] = marked
+
+
+def short_arrays(app, what, name, obj, options, signature, returns):
+    """Types of arrays of numpy by the names that the sources have for them."""
+    def short(text):
+        for kind, alias in (("float64", "Doubles"), ("int32", "Codes")):
+            text = text and re.sub(rf"(~?numpy\.)?ndarray\[(~?typing\.)?tuple\[(~?typing\.)?Any, \.\.\.\], (~?numpy\.)?dtype\[(~?numpy\.)?{kind}\]\]", alias, text)
+        return text
+
+    return short(signature), short(returns)
+
+
+def setup(app):
+    """Called by Sphinx."""
+    app.connect("autodoc-process-signature", short_arrays)
+    app.connect("autodoc-process-docstring", indented_is_code)
