@@ -8,7 +8,7 @@ VENV := build/venv
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-extremes build benchmark accuracy lint format install clean distclean configure fpm-build fpm-run fpm-test
+.PHONY: help run test test-extremes build tools gallery site benchmark accuracy lint format install clean distclean configure fpm-build fpm-run fpm-test
 
 help: ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 16
@@ -33,6 +33,19 @@ test-extremes: ## All extremes: 100 000 random elements in quadruple precision, 
 build: ## Build everything: build/bin, build/lib
 	@tools/install_dependencies build
 	@$(MAKE) --no-print-directory configure compile
+
+tools: ## Install finshell-plot, finshell-fit and Gmsh into build/venv
+	@tools/install_dependencies tools
+	@$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable api/python
+
+gallery: build tools ## Run chosen examples and draw them by finshell-plot (build/site/gallery; two minutes)
+	FINSHELL_BIN=$(CURDIR)/build/bin/finshell $(VENV)/bin/python doc/site/gallery.py build/site/gallery
+
+site: ## The documentation site, build/site/html, with the pictures of `make gallery` where they are
+	@tools/install_dependencies site
+	$(VENV)/bin/python doc/site/assemble.py build/site/source build/site/gallery
+	$(VENV)/bin/python -m sphinx --fail-on-warning --keep-going --quiet -b html -c doc/site build/site/source build/site/html
+	@echo "build/site/html/index.html"
 
 # ctest of a preset that was configured before needs nothing from here; PRESET=debug, quad, native select another one.
 .PHONY: compile

@@ -127,6 +127,11 @@ class MeshFiles(unittest.TestCase):
             for line in said.splitlines():
                 if line.startswith("  "):
                     self.assertIn(line, again)
+            # a mesh that finshell has not written stays what it is, above all the one that the input reads
+            foreign = "".join((Path(folder) / "p.msh").read_text().splitlines(keepends=True)[3:])
+            (Path(folder) / "again.msh").write_text(foreign)
+            self.assertIn("again.msh: the file is there already, and finshell has not written it; take another name", run("mesh", "again.nml", code=2))
+            self.assertEqual((Path(folder) / "again.msh").read_text(), foreign)
             self.assertIn("cannot" if os.getuid() else "nowhere", run("mesh", "p.nml", "-o", "nowhere", code=2) + "cannot")
 
     def test_deck(self):

@@ -24,7 +24,7 @@ def rotation_exp(vector: Any) -> Doubles:
 
 
 def rotation_log(quaternion: Any) -> Doubles:
-    """Rotation vectors, |v| <= pi, of quaternions."""
+    """Rotation vectors, no longer than pi, of quaternions."""
     q = array("quaternion", quaternion, (-1, 4))
     v = np.empty((len(q), 3))
     _call("finshell_rotation_log", len(q), q, v)

@@ -13,6 +13,9 @@ module finshell_gmsh_writer
    private
    public :: write_gmsh
 
+   !> The second line of our files. Others are not replaced: mostly they are the mesh that the input reads.
+   character(len=*), parameter :: signature = 'Written by finshell'
+
    !> The file: after a write that has failed nothing more is written.
    type :: file_t
       integer :: unit = -1
@@ -30,7 +33,7 @@ module finshell_gmsh_writer
 
 contains
 
-   !> Errors: the file cannot be written.
+   !> Errors: the file cannot be written, or a file of this name is there that finshell has not written.
    subroutine write_gmsh(name, mesh, error)
       character(len=*), intent(in) :: name
       type(mesh_t), intent(in) :: mesh
@@ -40,12 +43,20 @@ contains
       type(file_t) :: file
       integer :: status
 
+      if (foreign(name)) then
+         call raise(error, status_io_error, name//': the file is there already, and finshell has not written it; take another ' &
+                    //'name (name in &job) or another folder (-o)')
+         return
+      end if
       open (newunit=file%unit, file=name, status='replace', action='write', iostat=status, iomsg=file%reason)
       file%failed = status /= 0
       if (.not. file%failed) then
          call classify_surfaces(mesh, class(2))
          call classify_curves(mesh, edges, class(1))
          call classify_points(mesh, points, class(0))
+         call file%put('$Comments')
+         call file%put(signature)
+         call file%put('$EndComments')
          call file%put('$MeshFormat')
          call file%put('4.1 0 8')
          call file%put('$EndMeshFormat')
@@ -62,6 +73,23 @@ contains
       end if
       if (file%failed) call raise(error, status_io_error, name//': '//trim(file%reason))
    end subroutine write_gmsh
+
+   !> Is there a file of this name without our signature?
+   function foreign(name) result(yes)
+      character(len=*), intent(in) :: name
+      logical :: yes
+      character(len=len(signature)) :: line
+      integer :: unit, status
+      inquire (file=name, exist=yes)
+      if (.not. yes) return
+      line = ''
+      open (newunit=unit, file=name, status='old', action='read', iostat=status)
+      if (status /= 0) return
+      read (unit, '(a)', iostat=status) line
+      if (status == 0) read (unit, '(a)', iostat=status) line
+      yes = status /= 0 .or. line /= signature
+      close (unit)
+   end function foreign
 
    !> A line.
    subroutine put(self, text)
