@@ -1,4 +1,4 @@
-!> What springs and bars are to the rigid motions of the parts that they link (finshell_mechanism). Each link counts as a support does,
+!> What springs and bars are to the rigid motions of the parts that they link (finshell_mechanism). Each counts as a support does,
 !> however weak. Lines hold their ends along all directions: what hangs on them is held when they are taut.
 module finshell_linked_parts
    use finshell_acting_load, only: load_item_t
