@@ -90,9 +90,14 @@ contains
          else if (parts > 1) then
             names = names//' (of the part with node '//text_of(e)//')'
          end if
-         call raise(error, status_singular_matrix, 'the supports'//trim(merge(', springs and bars', '                  ', sprung)) &
-            //trim(merge(' and joints', '           ', equations%links%any()))//' leave a rigid-body motion free: '//names &
-            //'; add supports'//trim(merge(' or springs', '           ', sprung))//' that prevent it')
+         if (.not. (sprung .or. equations%links%any())) then
+            names = 'the supports leave a rigid-body motion free: '//names//'; add supports that prevent it'
+         else
+            names = 'the supports'//trim(merge(', springs and bars', '                  ', sprung)) &
+                    //trim(merge(' and joints', '           ', equations%links%any()))//' leave a rigid-body motion free: ' &
+                    //names//'; add supports'//trim(merge(' or springs', '           ', sprung))//' that prevent it'
+         end if
+         call raise(error, status_singular_matrix, names)
          return
       end do
 

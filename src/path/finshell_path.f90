@@ -13,7 +13,7 @@ module finshell_path
    use finshell_factor, only: by_constant_factor, by_load_factor, by_release, corners, factor_at
    use finshell_problem, only: problem_t
    use finshell_step, only: step_t, control_load, control_arc_length, control_volume, &
-      snap_mark, snap_refuse, ramp_before
+      leaves_state, snap_mark, snap_refuse, ramp_before
    use finshell_account, only: account_t
    use finshell_attempt_text, only: announce_attempt, announce_outcome
    use finshell_control, only: arc_norm, control_vector
@@ -146,7 +146,7 @@ contains
       ramping = by_load_factor
       if (present(underway)) ramping = underway
       if (problem%state%release_factor > 0) call self%ramp(problem, step, by_release, observer, error, ramping == by_release)
-      if (allocated(error)) return
+      if (allocated(error) .or. leaves_state(step%control)) return ! which see to constant loads themselves
       if (ramping == by_constant_factor .or. (problem%has_constants .and. problem%state%constant_factor < 1)) &
          call self%ramp(problem, step, by_constant_factor, observer, error, ramping == by_constant_factor)
    end subroutine ramps_before

@@ -23,9 +23,9 @@ class Scale(unittest.TestCase):
         rows = [[word.strip() for word in line.strip("|").split("|")] for line in result.stdout.splitlines() if re.match(r"\| \d", line)]
         self.assertEqual([row[0] for row in rows], ["200", "800"] * 3 + ["200"])
         for row in rows[:-1]:
-            self.assertEqual(len(row), 12)
+            self.assertEqual(len(row), 13)
             self.assertTrue(all(float(word.rstrip(" %")) >= 0 for word in row), row)
-            self.assertGreater(float(row[10]), float(row[9]), "the whole process has more than the factors")
+            self.assertGreater(float(row[11]), float(row[10]), "the whole process has more than the factors")
         self.assertEqual(rows[-1][2], "2", "increments")
 
 

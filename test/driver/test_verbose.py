@@ -121,7 +121,7 @@ class Verbose(unittest.TestCase):
         for command in ("check", "study"):
             done = subprocess.run([PROGRAM, command, "--verbose", "a.nml"], cwd=self.path, capture_output=True, text=True, timeout=60, check=False)
             self.assertEqual(done.returncode, 2)
-            self.assertIn("the option --verbose belongs to the commands run and restart", done.stderr)
+            self.assertIn("--verbose belongs to the commands run and restart", done.stderr)
 
 
 if __name__ == "__main__":

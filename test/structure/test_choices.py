@@ -111,7 +111,7 @@ class Choices(unittest.TestCase):
         self.assertEqual(rows, field_rows(self.sources))
         number = sum(int(re.search(rf"{name} = (\d+)", self.sources[file]).group(1)) for file, name in
                      (("element/finshell_element_fields.f90", "n_element_fields"), ("model/finshell_node_fields.f90", "n_node_fields")))
-        self.assertEqual(len(rows), number + 10)
+        self.assertEqual(len(rows), number + 12)
 
     def test_every_list_is_seen(self):
         count = sum(len(choices(part, self.sources)) for part in PARTS)

@@ -77,7 +77,7 @@ contains
          if (quantity == 'reaction_moment' .or. quantity == 'section_moment') call read_point(group, monitor, error)
          if (field%components /= '') call get_component(group, trim(field%components), monitor%component, error, required=.true.)
          monitor%reduce = merge(reduce_sum, reduce_mean, field%adds_up)
-         if (any(field%on == [on_nodes, on_elements]) .and. .not. allocated(monitor%point)) &
+         if (any(field%on == [on_nodes, on_elements, on_connector]) .and. .not. allocated(monitor%point)) &
             call read_choice(group, 'reduce', reduce_names, monitor%reduce, error)
       end associate
       call check_all_used(group, error)
