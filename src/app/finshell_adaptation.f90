@@ -69,11 +69,12 @@ contains
       integer :: unit
 
       call open_table(options%folder//input%name//'.meshes.csv', input, unit, error)
+      if (allocated(error)) return
       before = 0
       aim = first_aim
       promised = 0
       do
-         if (.not. allocated(error)) call judge(input, problem, reporter, weights, tolerance, result, error)
+         call judge(input, problem, reporter, weights, tolerance, result, error)
          if (allocated(error)) exit
          result%mesh = reporter%mesh
          result%elements = size(weights)
