@@ -124,11 +124,13 @@ contains
       real(wp), intent(in) :: centre(3), length
       real(wp), intent(inout) :: conditions(:, :) !< (n_nodal*parts, n_nodal*parts)
       real(wp) :: row(n_nodal, size(members)), flat(n_nodal*size(members))
-      integer :: at(0:maxval(part)), e, i, k, r
+      integer :: at(0:maxval(part)), e, i, k, r, rows
       at = 0
       at(members) = [(i, i=1, size(members))]
       associate (links => equations%links)
-         do r = 1, merge(size(links%node), 0, links%any())
+         rows = 0
+         if (links%any()) rows = size(links%node)
+         do r = 1, rows
             if (at(part(links%node(r))) == 0) cycle
             row = 0
             call add_motion_of(links%component(r), links%node(r), -1.0_wp)
