@@ -197,6 +197,7 @@ contains
       real(wp), allocatable :: amount(:), volume(:)
       integer :: c
       misfit = 0
+      if (self%n == 0) return
       amount = self%amounts(state)
       do c = 1, self%n
          if (amount(c) >= 0) cycle
@@ -207,7 +208,7 @@ contains
       end do
       volume = self%volumes(structure, equations, state)
       residual = volume - room_for(self%fluid, amount, self%pressures(state))
-      if (self%n > 0) misfit = maxval(abs(residual)/(self%wall%size + abs(volume)))
+      misfit = maxval(abs(residual)/(self%wall%size + abs(volume)))
    end subroutine equilibrium
 
    !> The derivatives of these equations.

@@ -143,6 +143,13 @@ class Processes(unittest.TestCase):
 &monitor name = 'f' quantity = 'connector_force' connector = 's' /
 &step load_factor = 0.4 tolerance = 'tight' /
 """
+        rows = {}
+        for processes in (1, 3):
+            run = self.solve_text(text, processes)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            rows[processes] = rows_of(self.folder)
+        for column in ("load_factor", "w", "f"):
+            self.close([r[column] for r in rows[1]], [r[column] for r in rows[3]], column)
 
     def test_steps_with_stages(self):
         """Amplitudes, supports and loads that come and go, imperfections: the same on one process and on three."""
@@ -161,9 +168,6 @@ class Processes(unittest.TestCase):
             run = self.solve_text(text, processes)
             self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
             rows[processes] = rows_of(self.folder)
-        for column in ("load_factor", "w", "f"):
-            self.close([r[column] for r in rows[1]], [r[column] for r in rows[3]], column)
-
         self.assertEqual(len(rows[1]), len(rows[3]))
         for column in ("load_factor", "w", "factor_a"):
             self.close([r[column] for r in rows[1]], [r[column] for r in rows[3]], column, 1e-8)
