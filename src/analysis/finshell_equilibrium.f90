@@ -420,6 +420,7 @@ contains
       call self%refresh()
       call watch_displacement(self%structure%mesh, self%equations, self%state, node_set, component, self%watched_nodes, &
                               self%watched, self%watched_rate, error)
+      if (allocated(error)) return
       self%watched = [self%watched, spread(0.0_wp, 1, self%external%chambers%n)]
       self%watched_component = component
    end subroutine watch
