@@ -122,6 +122,25 @@ class Tied(Case):
                   ["x", "y", "z", "zm", "e", "fs", "fc", "kinetic_energy", "work"])
         self.goes_on(TIED + MONITORS + FORCE + CONNECTORS + "&step /\n&step control = 'dynamic' duration = 0.1 /\n", HALVES)
 
+    def test_ways_of_solving(self):
+        """Every control and kind of load across the tie; dashpots on it."""
+        names = ["x", "y", "z", "zm", "e"]
+        moved = "&step control = 'dynamic' duration = 0.2 first_increment = 0.02 automatic = .false. " + TIGHT + " /\n&output energy = .true. /\n"
+        dashpots = ("&dashpot name = 'd' type = 'axes' node_set = 'b_x0' viscosity = 3.0 /\n"
+                    "&dashpot name = 't' type = 'rotation' node_set = 'b_x0' viscosity = 1.0 /\n")
+        for rest, more in ((FORCE + CONNECTORS + f"&step control = 'relax' {TIGHT} /\n", []),
+                           (FORCE + CONNECTORS + f"&step mixed = .true. {TIGHT} /\n", []),
+                           (FORCE + CONNECTORS + f"&step control = 'arc_length' load_factor = 1.0 {TIGHT} /\n", []),
+                           (FORCE + CONNECTORS + "&step control = 'displacement' node_set = 'b_x0' component = 'z' displacements = 0.1, 0.2 " + TIGHT + " /\n",
+                            ["load_factor"]),
+                           (FORCE + CONNECTORS + "&step control = 'linear' /\n", ["fs", "fc"]),
+                           (FORCE + CONNECTORS + dashpots + moved, ["kinetic_energy", "work"]),
+                           (FORCE + f"&load type = 'foundation' normal = 3.0 tangential = 1.0 /\n&step {TIGHT} /\n", []),
+                           (f"&load type = 'pressure' pressure = 3.0 /\n&step {TIGHT} /\n", []),
+                           (FORCE + f"&imperfection wave_length = 1.0 amplitudes = 0.05 /\n&step {TIGHT} /\n", [])):
+            with self.subTest(rest):
+                self.both(rest, 1e-5, names + more)
+
     def test_energy(self):
         """What is left of the balance falls with the square of the increments, and is that of the undivided sheet."""
         left = []
@@ -277,6 +296,26 @@ class Rigid(Case):
                 change = math.dist([row[f"{key}_{c}"] for c in "xyz"], start)
                 self.assertLess(change, 1e-9 * math.hypot(*start), key)
 
+    def test_displacement_of_the_reference(self):
+        text = self.HUB + MONITORS.replace("'b_x0'", "'hub'") + FORCE.replace("b_x1", "hub")
+        rows = self.solve(text + f"&step control = 'displacement' node_set = 'hub' component = 'z' displacements = 0.5, 1.0 {TIGHT} /\n", WHOLE)
+        self.assertAlmostEqual(rows[-1]["zm"], 1, delta=1e-9)
+        again = self.solve(text + f"&step load_factor = {rows[-1]['load_factor']!r} {TIGHT} /\n")
+        self.same(rows, again, 1e-7, ["x", "y", "z", "e"])
+
+    def test_released(self):
+        """A support of the reference node goes: the end is that without it; let go into a motion, the energy stays."""
+        text = self.HUB + MONITORS.replace("'b_x0'", "'hub'") + "&output energy = .true. restart = 'every' /\n"
+        free = self.solve(text + FORCE.replace("b_x1", "hub") + f"&step {TIGHT} /\n", WHOLE)
+        held = FORCE.replace("b_x1", "hub") + "&support node_set = 'hub' uz = 0.5 ry = -0.2 fixed = 'rx', 'rz' until_step = 1 /\n"
+        rows = self.solve(text + held + f"&step {TIGHT} /\n&step {TIGHT} /\n")
+        self.same(free, rows, 1e-7, ["x", "y", "z", "zm", "e"])
+        rows = self.goes_on(text + f"&support node_set = 'hub' uz = 0.5 until_step = 1 /\n&step {TIGHT} /\n&step control = 'dynamic' duration = 0.1 "
+                            f"scheme = 'conserving' first_increment = 0.005 automatic = .false. {TIGHT} /\n", WHOLE)
+        energy = [row["e"] + row["kinetic_energy"] for row in rows if row["time"] > 0]
+        self.assertGreater(energy[-1], 0.1)
+        self.assertAlmostEqual(max(energy) / min(energy), 1, delta=1e-9)
+
 
 def box(path, n, top="shared", m=None):
     """A cube with outward normals; its top on the same nodes, on nodes of its own at the same places, or finer (m) on its own."""
@@ -368,6 +407,53 @@ class Chambers(Case):
         pressure = f"&load type = 'pressure' pressure = {finer[-1]['pressure_g']!r} /\n"
         self.same(finer, self.solve(self.BOX + tie + pressure + f"&step {TIGHT} /\n"), 1e-7, ["z", "e"])
         self.assertAlmostEqual((finer[-1]["pressure_g"] + 0.1) * finer[-1]["volume_g"], 0.1 * 1.3, delta=1e-9)
+
+    def test_ways_of_solving(self):
+        for gas, step, names in ((self.GAS, f"&step control = 'relax' {TIGHT} /\n", self.NAMES),
+                                 (self.GAS, f"&step control = 'arc_length' load_factor = 1.0 {TIGHT} /\n", self.NAMES),
+                                 (self.GAS, f"&step {TIGHT} /\n&step control = 'frequencies' modes = 3 /\n", ["load_factor"]),
+                                 (self.GAS, "&step control = 'linear' /\n", self.NAMES),
+                                 ("&chamber name = 'g' fluid = 'liquid' inflow = 0.05 /\n", f"&step {TIGHT} /\n", self.NAMES),
+                                 ("&chamber name = 'g' fluid = 'liquid' inflow = 0.05 /\n",
+                                  f"&step control = 'dynamic' duration = 0.2 first_increment = 0.02 automatic = .false. {TIGHT} /\n", self.NAMES),
+                                 ("&load type = 'hydrostatic' level = 0.9 weight = 0.1 /\n", f"&step {TIGHT} /\n", ["z", "e"])):
+            with self.subTest(step):
+                whole = self.solve_box(self.BOX + gas + step, 3)
+                self.same(whole, self.solve_box(self.BOX + self.TIE + gas + step, 3, "own"), 1e-4, names)
+
+    def test_all_at_once(self):
+        """A tied lid, a heavy hub on a spring, a gas that follows a table, supports that go, four controls: restart and threads."""
+        box(self.path / "box.inp", 3, "own")
+        text = (self.BOX + self.TIE + self.GAS.replace("/", "amplitude = 'a' /") + "&amplitude name = 'a' points = 0, 0, 0.5, 1, 2, 0.5 /\n"
+                "&node name = 'hub' position = 0.5, 0.5, 1.3 /\n&node_set name = 'mid' point = 0.6666666666666666, 0.6666666666666666, 1.0 /\n"
+                "&rigid_body node_set = 'mid' reference = 'hub' /\n"
+                "&spring name = 's' type = 'line' node_set = 'hub' anchor = 0.5, 0.5, 3.0 stiffness = 0.2 /\n"
+                "&point_mass name = 'p' node_set = 'hub' mass = 0.1 inertia = 0.01 /\n"
+                "&support node_set = 'hub' fixed = 'ux', 'uy' until_step = 1 /\n&support node_set = 'edgen' fixed = 'ux' until_step = 2 /\n"
+                "&output energy = .true. restart = 'every' /\n"
+                "&step /\n&step load_factor = 1.5 /\n&step control = 'arc_length' load_factor = 2.0 /\n&step control = 'dynamic' duration = 0.2 /\n")
+        (self.path / "r.nml").write_text(text)
+        self.call("check", "r.nml")
+        rows = self.solve(text)
+        for row in rows:
+            self.assertAlmostEqual((row["pressure_g"] + 0.1) * row["volume_g"], 0.1 * row["amount_g"], delta=1e-9)
+        self.goes_on(text, at=(2, len(rows) // 2, len(rows) - 3))
+
+    def test_refined(self):
+        """`--refine` and `study` on a tied lid and on a rigid one: as with the mesh made so."""
+        step = self.GAS + f"&step {TIGHT} /\n"
+        self.solve_box(self.BOX + self.TIE + step, 2, "own")
+        self.call("run", "r.nml", "--refine", "1")
+        tied = self.rows()
+        self.solve_box(self.BOX + step, 2)
+        self.call("run", "r.nml", "--refine", "1")
+        self.same(tied, self.rows(), 1e-7, self.NAMES)
+        plate = "&node name = 'hub' position = 0.5, 0.5, 1.2 /\n&rigid_body node_set = 'topn' reference = 'hub' /\n"
+        self.solve_box(self.BOX + plate + step, 2)
+        self.call("run", "r.nml", "--refine", "1")
+        refined = self.rows()
+        self.same(refined, self.solve_box(self.BOX + plate + step, 4), 1e-7, ["pressure_g", "volume_g", "e"])
+        self.assertIn("Monitor z", self.call("study", "r.nml", "--levels", "2"))
 
     def test_not_closed(self):
         """A lid that lies on the walls, and is tied at one corner only: no volume, and said so."""
