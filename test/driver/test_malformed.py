@@ -76,7 +76,7 @@ NAMELISTS = [
     ("law = 'neo_hookean'", "law = 'gent'", 2, "; the law takes "),
     ("density = 1.0", "density = -1.0", 2, "expected a number of at least 0"),
     ("divisions = 4, 2", "divisions = 4, 2 normals = 'exact'", 1, "needs a generator that knows its curved surface: cylinder, cone, "),
-    ("divisions = 4, 2", "divisions = 4, 2 crease = 'none'", 1, "none"),
+    ("divisions = 4, 2", "divisions = 4, 2 crease = 'none'", 1, "the mesh has no edge set 'none'"),
     ("mu = 1.0e6", "mu = 1.0e6 jm = 2", 2, "jm"),
     ("thickness = 0.1", "thickness = 0.1 slack = 0.1", 3, "only a section of type 'membrane' has it"),
     ("thickness = 0.1", "thickness = 0.1 type = 'membrane' thickness_points = 3", 3, "a section of type 'membrane' has none: it does not bend"),
@@ -122,6 +122,7 @@ NAMELISTS = [
     (SUPPORT, "&support node_set = 'edge_x0' fixed = 'ux' axes = 'given' axis_1 = 1,1,0 axis_2 = -1,1,0 /\n"
      "&support node_set = 'edge_x0' fixed = 'rx' axes = 'given' axis_1 = 1,2,1 axis_2 = -2,1,0 /", 0, "the axes of its supports contradict each other"),
     ("thickness = 0.1", "thickness = 0.1 direction = 1,0,0 direction_file = 'd.txt'", 3, "either direction or direction_file is expected"),
+    (LOAD, "&load type = 'foundation' node_set = 'hub' vector = 1, 1, 1 /\n&node name = 'hub' position = 0, 0, 1 /", 5, "which belongs to no element"),
     (MONITOR, MONITOR + "\n&amplitude name = 'a' points = 0, 0, 1, 1 /\n&amplitude name = 'a' points = 0, 0, 1, 1 /", 9,
      "there is an amplitude 'a' in line 8 already"),
     (LOAD, LOAD.replace("/", "constant = .true. amplitude = 'a' /\n&amplitude name = 'a' points = 0, 0, 1, 1 /"), 5, "what is constant has no amplitude"),
@@ -298,6 +299,12 @@ BALLOON = """&mesh generator = 'sphere' radius = 10.0 colatitudes = 0, 90 azimut
 &support node_set = 'edge_bottom' type = 'symmetry_z' /
 &chamber name = 'air' fluid = 'gas' ambient = 0.01 inflow = -600 /
 """
+FLUNG = """&mesh generator = 'rectangle' lengths = 2.0, 1.0 divisions = 2, 2 /
+&material name = 'm' law = 'linear_elastic' e = 1e3 nu = 0.3 density = 1.0 /
+&section thickness = 0.1 /
+&support node_set = 'edge_x0' type = 'clamped' /
+&load type = 'force' node_set = 'edge_x1' vector = 0, 0, 300 /
+"""
 SPIN = """&mesh generator = 'quadrilateral' corners = 0,0,0, 2,0,0, 3,1,1, 0,1,0 divisions = 2, 2 /
 &material name = 'rubber' law = 'neo_hookean' mu = 1e6 density = 1.0 /
 &section thickness = 0.1 type = 'membrane' /
@@ -465,6 +472,8 @@ class Malformed(unittest.TestCase):
                 (GOOD, BALLOON.replace("thickness = 0.1", "thickness = 0.1 type = 'membrane'").replace("mu = 1.0 density = 1.0", "mu = 0.01 density = 1000.0")
                  .replace("-600", "0") + "&initial_velocity node_set = 'all' velocity = 0, 0, -20 /\n"
                  "&step control = 'explicit' duration = 1.0 largest_increment = 0.01 /\n", "chamber 'air': there is no room left in it"),
+                (GOOD, FLUNG + "&step control = 'dynamic' duration = 0.1 /\n", ": an increment of "),
+                (GOOD, FLUNG + "&step control = 'dynamic' duration = 0.005 /\n&step load_factor = 2 /\n", "the motion before it does not come to rest"),
                 (GOOD, SPIN, "dynamic: what is joined to a node has no inertia against its turning about some axis"),
                 (STEP, "&step control = 'explicit' duration = 1.0 /\n&load type = 'pressure' pressure = 1e9 /",
                  "; or the motion is unstable and needs shorter increments (safety or largest_increment)"),
