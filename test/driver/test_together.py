@@ -152,6 +152,18 @@ class Tied(Case):
         self.assertLess(abs(left[1]), 2e-2)
         self.assertAlmostEqual(left[0] / left[1], 4, delta=0.5)
 
+    def test_energy_of_tension(self):
+        """The balance begins with what tension in the reference state stores, N = E A (l^2 - 1) l/2."""
+        rows = self.solve(TIED + MONITORS + FORCE + CONNECTORS + f"&output energy = .true. /\n&step {TIGHT} /\n", HALVES)
+        low, high = 1.0, 1.1
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if 10 * (middle**2 - 1) * middle < 0.5 else (low, middle)
+        start = sum(20 * math.dist((2, y, 0), (2.5, 0.5, -3)) / low * (low**2 - 1)**2 / 8 for y in (0, 0.5, 1))
+        self.assertGreater(start, 0.01)
+        for row in rows:
+            self.assertAlmostEqual(row["energy_residual"], row["stored_energy"] - row["work"] - start, delta=1e-12)
+
     def test_section_force(self):
         """Through a cut along a tie, and the end of a sheet that hangs on it."""
         monitors = "".join(f"&monitor name = 'S{c}' quantity = 'section_force' component = '{c}' element_set = 'b' node_set = 'b_x0' /\n"
