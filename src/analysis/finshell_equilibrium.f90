@@ -162,12 +162,13 @@ contains
       if (allocated(self%compliance)) deallocate (self%compliance, self%inflow, self%gradient)
       if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       self%entry = entry_t()
-      self%base_entry = entry_t()
       allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       self%moved_elements = elements_at(structure%mesh, moving_nodes(self%equations))
       call new_state(self%state, nodes, structure%cases + self%external%chambers%n)
       call start_following(self%state, structure%followers)
+      self%entry%energy = self%external%standing_energy(structure, self%equations, self%state) ! what tension stores at the start
+      self%base_entry = self%entry
       self%base = self%state
       self%iterate = self%state
       self%factor_of_case = [by_load_factor, (by_case + i, i=1, structure%cases)]

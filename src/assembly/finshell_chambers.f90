@@ -202,14 +202,20 @@ contains
       do c = 1, self%n
          if (amount(c) >= 0) cycle
          residual = 0
-         if (.not. allocated(error)) call raise(error, status_not_converged, "chamber '"//self%fluid(c)%name &
-            //"': more would be taken out than there is in it")
+         call raise_empty(self%fluid(c)%name, error)
          return
       end do
       volume = self%volumes(structure, equations, state)
       residual = volume - room_for(self%fluid, amount, self%pressures(state))
       misfit = maxval(abs(residual)/(self%wall%size + abs(volume)))
    end subroutine equilibrium
+
+   subroutine raise_empty(name, error)
+      character(len=*), intent(in) :: name
+      type(error_t), allocatable, intent(inout) :: error
+      if (.not. allocated(error)) call raise(error, status_not_converged, "chamber '"//name &
+         //"': more would be taken out than there is in it")
+   end subroutine raise_empty
 
    !> The derivatives of these equations.
    pure subroutine linearise(self, equations, state, active, unit_force, gradient, compliance, inflow, rate)
@@ -258,6 +264,8 @@ contains
          if (.not. can_hold(self%fluid(c))) cycle
          if (volume(c) + self%fluid(c)%rigid > 0 .and. amount(c) > 0) then
             state%case_factor(self%before - by_case + c) = pressure_in(self%fluid(c), amount(c), volume(c))
+         else if (amount(c) <= 0) then
+            call raise_empty(self%fluid(c)%name, error)
          else if (.not. allocated(error)) then
             call raise(error, status_not_converged, "chamber '"//self%fluid(c)%name//"': there is no room left in it")
          end if

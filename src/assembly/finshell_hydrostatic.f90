@@ -60,7 +60,7 @@ contains
       ! where a uniform pressure does no work on the boundary, one that varies does none either
       call symmetric_origin(structure%mesh, equations, facets%elements, facets%symmetric, origin)
       ! on planes of symmetry the potential below may miss a part
-      call boundary_edges(structure%mesh, facets%elements, edges)
+      call boundary_edges(structure%mesh, facets%elements, edges, joints=equations%links%joints)
       facets%has_energy = all([(all(equations%number(ux:uz, edges(:, i)) == 0), i=1, size(edges, 2))]) .and. facets%symmetric &
                           .and. .not. equations%links%any()
       call append(list, facets)

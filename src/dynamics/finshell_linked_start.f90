@@ -80,7 +80,7 @@ contains
       real(wp) :: a1
       motion = 0
       allocate (values(size(problem%values)), source=0.0_wp)
-      allocate (b(problem%n), x(problem%n))
+      allocate (b(problem%equations%n), x(problem%equations%n))
       diagonal = problem%diagonal_places()
       call gather(problem%equations, force, b)
       associate (inertia => problem%inertia)
@@ -89,7 +89,7 @@ contains
          call stiffen(inertia, problem%equations, diagonal, problem%assembly%linked, values)
          inertia%a1 = a1
       end associate
-      do i = 1, problem%n
+      do i = 1, problem%equations%n
          if (values(diagonal(i)) > 0) cycle
          values(diagonal(i)) = 1
          b(i) = 0

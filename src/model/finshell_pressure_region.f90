@@ -5,7 +5,8 @@
 !> exact when every boundary edge has both ends fixed in all directions, or both ends held along the normal of a
 !> fixed plane that contains the edge, and one origin lies in all these planes.
 module finshell_pressure_region
-   use finshell_kinds, only: wp, i8
+   use finshell_joint, only: joint_t
+   use finshell_kinds, only: dp, i8, wp
    use finshell_rotation, only: cross_product
    use finshell_mesh, only: mesh_t, mesh_size
    use finshell_mesh_sorting, only: sorted_order
@@ -19,17 +20,19 @@ module finshell_pressure_region
 
 contains
 
-   !> Edges (2, :) where the elements end: those that are not run through as often in one direction as in the other.
-   pure subroutine boundary_edges(mesh, elements, edges, turned)
+   !> Edges (2, :) where the elements end: those that are not run through as often in one direction as in the other. Where nodes
+   !> are tied to others at the same place, or to a side between two others, the elements go on.
+   pure subroutine boundary_edges(mesh, elements, edges, turned, joints)
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: elements(:)
       integer, allocatable, intent(out) :: edges(:, :)
       logical, intent(in), optional :: turned(:) !< (size(elements)) those that count with their other side
+      type(joint_t), intent(in), optional :: joints(:)
       integer(i8), allocatable :: key(:)
       integer, allocatable :: order(:), all_edges(:, :)
       logical, allocatable :: single(:)
       integer :: first, i, k, e, net
-      allocate (all_edges(2, 3*size(elements)), key(3*size(elements)), single(3*size(elements)))
+      allocate (all_edges(2, 3*size(elements)))
       do i = 1, size(elements)
          do k = 1, 3
             e = 3*(i - 1) + k
@@ -38,9 +41,11 @@ contains
             if (present(turned)) then
                if (turned(i)) all_edges(:, e) = all_edges([2, 1], e)
             end if
-            key(e) = int(minval(all_edges(:, e)), i8)*(size(mesh%coordinates, 2) + 1_i8) + maxval(all_edges(:, e))
          end do
       end do
+      if (present(joints)) call join_edges(joints, size(mesh%coordinates, 2), all_edges)
+      key = edge_key(all_edges(1, :), all_edges(2, :), size(mesh%coordinates, 2))
+      allocate (single(size(key)))
       order = sorted_order(key)
       single = .false.
       net = 0
@@ -60,6 +65,65 @@ contains
       edges(2, :) = pack(all_edges(2, :), single)
    end subroutine boundary_edges
 
+   elemental integer(i8) function edge_key(a, b, nodes)
+      integer, intent(in) :: a, b, nodes
+      edge_key = int(min(a, b), i8)*(nodes + 1_i8) + max(a, b)
+   end function edge_key
+
+   !> Edges between the nodes that others are tied to. An edge with tied nodes on it becomes several, end to end.
+   pure subroutine join_edges(joints, nodes, edges)
+      type(joint_t), intent(in) :: joints(:)
+      integer, intent(in) :: nodes
+      integer, allocatable, intent(inout) :: edges(:, :)
+      integer, allocatable :: own(:), inside(:), side(:, :), pieces(:, :), chain(:), ends(:)
+      integer(i8), allocatable :: key(:)
+      real(dp), allocatable :: way(:) !< from the lower number of the side to the higher
+      logical, allocatable :: busy(:)
+      integer :: e, i, j
+      own = [(i, i=1, nodes)]
+      allocate (busy(nodes), source=.false.)
+      allocate (inside(0), side(2, 0), way(0), pieces(2, 0))
+      do j = 1, size(joints)
+         associate (joint => joints(j))
+            if (joint%on_arm) cycle
+            select case (count(joint%weight(:joint%masters) > tolerance))
+            case (1)
+               own(joint%node) = joint%master(maxloc(joint%weight(:joint%masters), 1))
+            case (2)
+               inside = [inside, joint%node]
+               ends = pack([1, 2, 3], joint%weight > tolerance)
+               side = reshape([side, joint%master(ends)], [2, size(inside)])
+               way = [way, real(joint%weight(ends(2)), dp)]
+            end select
+         end associate
+      end do
+      do i = 1, nodes
+         do while (own(own(i)) /= own(i))
+            own(i) = own(own(i))
+         end do
+      end do
+      do i = 1, size(inside)
+         side(:, i) = own(side(:, i))
+         if (side(1, i) > side(2, i)) way(i) = 1 - way(i)
+      end do
+      key = edge_key(side(1, :), side(2, :), nodes)
+      busy(side(1, :)) = .true.
+      busy(side(2, :)) = .true.
+      do e = 1, size(edges, 2)
+         edges(:, e) = own(edges(:, e))
+         if (.not. all(busy(edges(:, e)))) cycle
+         chain = pack([(i, i=1, size(key))], key == edge_key(edges(1, e), edges(2, e), nodes))
+         if (size(chain) == 0) cycle
+         chain = chain(sorted_order(way(chain)))
+         if (edges(1, e) > edges(2, e)) chain = chain(size(chain):1:-1)
+         do i = 1, size(chain)
+            pieces = reshape([pieces, edges(1, e), inside(chain(i))], [2, size(pieces, 2) + 1])
+            edges(1, e) = inside(chain(i))
+         end do
+      end do
+      edges = reshape([edges, pieces], [2, size(edges, 2) + size(pieces, 2)])
+   end subroutine join_edges
+
    !> Is the symmetric load stiffness exact for a pressure on these elements, and about which origin?
    pure subroutine symmetric_origin(mesh, equations, elements, valid, origin, turned)
       type(mesh_t), intent(in) :: mesh
@@ -73,7 +137,7 @@ contains
       integer :: i, k, planes
       logical :: plane
 
-      call boundary_edges(mesh, elements, edges, turned)
+      call boundary_edges(mesh, elements, edges, turned, equations%links%joints)
       centre = 0
       do i = 1, size(elements)
          centre = centre + sum(mesh%coordinates(:, mesh%triangles(:, elements(i))), 2)/(3*size(elements))

@@ -325,8 +325,8 @@ class Chambers(unittest.TestCase):
 
     def test_refused(self):
         liquid = BALLOON + "&chamber name = 'oil' fluid = 'liquid' inflow = 300 /\n"
-        for step, expected in (("control = 'relax'", "the liquid of chamber 'oil' does not yield"),
-                               ("control = 'explicit' duration = 1", "the liquid of chamber 'oil' does not yield"),
+        for step, expected in (("control = 'relax'", "relax: the liquid of chamber 'oil' does not yield"),
+                               ("control = 'explicit' duration = 1", "explicit: the liquid of chamber 'oil' does not yield"),
                                ("control = 'buckling'", "linear buckling does not know the pressures of chambers")):
             self.assertIn(expected, self.solve(liquid + f"&step {step} /\n", code=2))
         self.assertIn("c.nml:8: &chamber 'oil': its volume in the reference state is -",

@@ -445,8 +445,6 @@ class Connectors(unittest.TestCase):
         ):
             self.solve(GROUND + node + group + "\n", code=2, command="check")
             self.assertIn(words, self.printed)
-        inner = "&mesh generator = 'rectangle' lengths = 2, 1 divisions = 2, 2 /\n" + GROUND.split("\n", 1)[1].replace("'all'", "'edge_x0'")
-        self.solve(inner + "&load type = 'follower_line' edge_set = 'mid_y' in_plane = 1 /\n&step /\n", code=2, command="check")
         for control, words in (("dynamic", "can move but has no mass"), ("explicit", "can move but has no mass")):
             self.solve(GROUND + node.replace("&step /", f"&step control = '{control}' duration = 1 /") + spring
                        + "type = 'axes' stiffness = 1 /\n", code=2)

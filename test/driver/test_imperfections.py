@@ -167,11 +167,15 @@ class Imperfections(unittest.TestCase):
             with self.subTest(group=group):
                 text = "&job name = 'p' /\n" + start.format(f"&imperfection {group} /\n") + tail
                 self.refusal(text, *words)
+        (self.path / "still.txt").write_text(145 * "0 0 0\n")
+        self.refusal("&job name = 'p' /\n" + start.format("&imperfection file = 'still.txt' /\n") + steps, "the field moves nothing")
+        self.refusal("&job name = 'p' /\n" + start.format("&imperfection step = 1 modes = 40 amplitudes = 1.0 /\n").replace("8, 8", "2, 1")
+                     + steps.replace("modes = 2", "modes = 40"), "mode 40 is wanted; step 1 has found ")
         (self.path / "short.txt").write_text("0 0 1\n")
         text = "&job name = 'p' /\n" + start.format("&imperfection file = 'short.txt' /\n") + steps
         self.refusal(text, "short.txt has 3 numbers")
         self.solve(text.replace("&imperfection file = 'short.txt' /\n", ""))
-        self.refusal(text.replace("file = 'short.txt'", "results = 'p.vtkhdf' increments = 99 amplitudes = 1.0"), "no fields of increment 99")
+        self.refusal(text.replace("file = 'short.txt'", "results = 'p.vtkhdf' increments = 99 amplitudes = 1.0"), "has no fields of increment")
         self.refusal(text.replace("file = 'short.txt'", "results = 'p.vtkhdf' increments = 1 amplitudes = 1.0").replace("8, 8", "4, 4"), "another mesh")
         self.refusal(text.replace("file = 'short.txt'", "wave_length = 1.0 amplitudes = 1.0") + "&accuracy target = 0.1 /\n", "&accuracy")
 

@@ -76,7 +76,7 @@ NAMELISTS = [
     ("law = 'neo_hookean'", "law = 'gent'", 2, "; the law takes "),
     ("density = 1.0", "density = -1.0", 2, "expected a number of at least 0"),
     ("divisions = 4, 2", "divisions = 4, 2 normals = 'exact'", 1, "needs a generator that knows its curved surface: cylinder, cone, "),
-    ("divisions = 4, 2", "divisions = 4, 2 crease = 'none'", 1, "none"),
+    ("divisions = 4, 2", "divisions = 4, 2 crease = 'none'", 1, "the mesh has no edge set 'none'"),
     ("mu = 1.0e6", "mu = 1.0e6 jm = 2", 2, "jm"),
     ("thickness = 0.1", "thickness = 0.1 slack = 0.1", 3, "only a section of type 'membrane' has it"),
     ("thickness = 0.1", "thickness = 0.1 type = 'membrane' thickness_points = 3", 3, "a section of type 'membrane' has none: it does not bend"),
@@ -122,6 +122,24 @@ NAMELISTS = [
     (SUPPORT, "&support node_set = 'edge_x0' fixed = 'ux' axes = 'given' axis_1 = 1,1,0 axis_2 = -1,1,0 /\n"
      "&support node_set = 'edge_x0' fixed = 'rx' axes = 'given' axis_1 = 1,2,1 axis_2 = -2,1,0 /", 0, "the axes of its supports contradict each other"),
     ("thickness = 0.1", "thickness = 0.1 direction = 1,0,0 direction_file = 'd.txt'", 3, "either direction or direction_file is expected"),
+    (LOAD, "&load type = 'foundation' node_set = 'hub' vector = 1, 1, 1 /\n&node name = 'hub' position = 0, 0, 1 /", 5, "which belongs to no element"),
+    (MONITOR, MONITOR + "\n&amplitude name = 'a' points = 0, 0, 1, 1 /\n&amplitude name = 'a' points = 0, 0, 1, 1 /", 9,
+     "there is an amplitude 'a' in line 8 already"),
+    (LOAD, LOAD.replace("/", "constant = .true. amplitude = 'a' /\n&amplitude name = 'a' points = 0, 0, 1, 1 /"), 5, "what is constant has no amplitude"),
+    (MONITOR, MONITOR + "\n&node name = 'edge_x1' position = 0, 0, 0 /", 8, "the mesh has a node set 'edge_x1' already; take another name"),
+    ("thickness = 0.1 /\n" + SUPPORT + "\n" + LOAD, "thickness = 0.1 type = 'membrane' /\n" + SUPPORT
+     + "\n&load type = 'line_moment' edge_set = 'edge_x1' about_edge = 1.0 /", 0, "has edges of membranes, which bear no moments"),
+    (STEP, "&equation node_set = 'centre', 'corner_x1_y0' components = 'ux', 'ux' coefficients = 1, -1 /\n"
+     "&support node_set = 'centre' ux = 1.0 /\n&support node_set = 'corner_x1_y0' ux = 2.0 /\n" + STEP, 6, "it contradicts the supports: all that it leaves free is "),
+    (STEP, "&imperfection step = 1 amplitudes = 1.0 /\n&accuracy target = 0.1 /\n&step control = 'buckling' /\n" + STEP, 6,
+     "with &accuracy the mesh changes, an imperfection would not; refine the mesh by itself"),
+    (STEP, "&imperfection step = 1 amplitudes = 1.0 /\n&imperfection step = 2 amplitudes = 1.0 /\n" + 2*"&step control = 'buckling' /\n" + STEP, 7,
+     "all modes of imperfections are those of one step"),
+    (STEP, "&imperfection step = 1 modes = 1, 2 amplitudes = 1.0 /\n&step control = 'buckling' /\n" + STEP, 6, " were found, expected is one for each of "),
+    (SECTION, SECTION.replace("/", "element_set = 'a' /") + "\n&element_set name = 'a' elements = 1, 2 /\n"
+     "&element_set name = 'b' elements = 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16 /\n"
+     "&section material = 'rubber' thickness = 0.2 element_set = 'b' /\n"
+     "&imperfection step = 1 amplitudes = 1.0 times_thickness = .true. /\n&step control = 'buckling' /", 7, "sections have thicknesses from "),
 ]
 
 HEAD22 = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
@@ -273,6 +291,31 @@ DECKS = [
     (DECK.replace("2, 1., 0., 0.\n", "2, 1., 0., 0.\0\n"), 3, "a node number and up to three coordinates are expected"),
 ]
 
+BALLOON = """&mesh generator = 'sphere' radius = 10.0 colatitudes = 0, 90 azimuths = 0, 90 divisions = 4, 4 /
+&material name = 'rubber' law = 'neo_hookean' mu = 1.0 density = 1.0 /
+&section thickness = 0.1 /
+&support node_set = 'edge_a0' type = 'symmetry_y' /
+&support node_set = 'edge_a1' type = 'symmetry_x' /
+&support node_set = 'edge_bottom' type = 'symmetry_z' /
+&chamber name = 'air' fluid = 'gas' ambient = 0.01 inflow = -600 /
+"""
+FLUNG = """&mesh generator = 'rectangle' lengths = 2.0, 1.0 divisions = 2, 2 /
+&material name = 'm' law = 'linear_elastic' e = 1e3 nu = 0.3 density = 1.0 /
+&section thickness = 0.1 /
+&support node_set = 'edge_x0' type = 'clamped' /
+&load type = 'force' node_set = 'edge_x1' vector = 0, 0, 300 /
+"""
+SPIN = """&mesh generator = 'quadrilateral' corners = 0,0,0, 2,0,0, 3,1,1, 0,1,0 divisions = 2, 2 /
+&material name = 'rubber' law = 'neo_hookean' mu = 1e6 density = 1.0 /
+&section thickness = 0.1 type = 'membrane' /
+&support node_set = 'edge_x0' fixed = 'ux', 'uy', 'uz' /
+&rigid_body node_set = 'edge_x1' reference = 'hub' /
+&node name = 'hub' position = 2.5, 0.5, 0.5 /
+&spring name = 's' type = 'rotation' node_set = 'hub' stiffness = 1.0 /
+&initial_velocity node_set = 'edge_x1' velocity = 0, 0, 1 /
+&step control = 'dynamic' duration = 0.1 /
+"""
+
 
 class Malformed(unittest.TestCase):
     def setUp(self):
@@ -312,6 +355,14 @@ class Malformed(unittest.TestCase):
                 (self.path / "model.nml").write_text(GOOD.replace(MESH, f"&mesh file = '{file}' /"))
                 self.refuse(file, line, words, "check", "model.nml")
                 (self.path / file).unlink()
+
+    def test_load_on_a_shared_edge(self):
+        inside = GMSH22.replace("$Elements\n2\n", "$Elements\n3\n3 1 2 5 5 1 3\n").replace("$Nodes", '$PhysicalNames\n2\n1 5 "cut"\n2 1 "sheet"\n$EndPhysicalNames\n$Nodes', 1)
+        (self.path / "m.msh").write_text(inside)
+        (self.path / "model.nml").write_text(f"&mesh file = 'm.msh' /\n{MATERIAL}\n{SECTION}\n&node_set name = 'foot' nodes = 1, 2 /\n"
+                                             "&support node_set = 'foot' type = 'clamped' /\n"
+                                             f"&load type = 'follower_line' edge_set = 'cut' in_plane = 1.0 /\n{STEP}\n")
+        self.refuse("", 0, "elements meet: in the plane no side of it is outside", "check", "model.nml")
 
     def test_decks(self):
         (self.path / "n.inp").write_text("*HEADING\n")
@@ -381,6 +432,8 @@ class Malformed(unittest.TestCase):
                 self.assertIn(words, run.stdout + run.stderr)
                 self.assertNotIn("Backtrace", run.stderr)
         (self.path / "model.nml").write_text(GOOD)
+        (self.path / "model.msh").write_text(GMSH22)
+        self.refuse("model.msh", 0, "the file is there already, and finshell has not written it; take another name", "mesh", "-q", "model.nml")
         (self.path / "model.study").write_text("")
         self.refuse("model.study", 0, "this folder cannot be made", "study", "-q", "model.nml")
         (self.path / "deck.inp").write_text(DECK)
@@ -414,6 +467,14 @@ class Malformed(unittest.TestCase):
         for old, new, words in (
                 (LOAD + "\n" + STEP, "&load type = 'pressure' pressure = 1.0 /\n&step control = 'buckling' /",
                  "pressure is not conservative, as part of the edge of the pressurised elements is free to move"),
+                (GOOD, BALLOON + "&step control = 'explicit' duration = 0.1 /\n", "chamber 'air': more would be taken out than there is in it"),
+                (GOOD, BALLOON + "&step control = 'dynamic' duration = 0.1 /\n", "chamber 'air': more would be taken out than there is in it"),
+                (GOOD, BALLOON.replace("thickness = 0.1", "thickness = 0.1 type = 'membrane'").replace("mu = 1.0 density = 1.0", "mu = 0.01 density = 1000.0")
+                 .replace("-600", "0") + "&initial_velocity node_set = 'all' velocity = 0, 0, -20 /\n"
+                 "&step control = 'explicit' duration = 1.0 largest_increment = 0.01 /\n", "chamber 'air': there is no room left in it"),
+                (GOOD, FLUNG + "&step control = 'dynamic' duration = 0.1 /\n", ": an increment of "),
+                (GOOD, FLUNG + "&step control = 'dynamic' duration = 0.005 /\n&step load_factor = 2 /\n", "the motion before it does not come to rest"),
+                (GOOD, SPIN, "dynamic: what is joined to a node has no inertia against its turning about some axis"),
                 (STEP, "&step control = 'explicit' duration = 1.0 /\n&load type = 'pressure' pressure = 1e9 /",
                  "; or the motion is unstable and needs shorter increments (safety or largest_increment)"),
                 ("load_factor = 1.0", "control = 'dynamic' duration = 1.0 first_increment = 0.1 maximum_increments = 2", "the most that are allowed")):

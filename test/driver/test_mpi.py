@@ -189,6 +189,8 @@ class Processes(unittest.TestCase):
         """Refused before it starts, with a sentence that says what to take; what is no work to share is done once."""
         for text, arguments, words in (
                 (STRIP, ("--set", "section.thickness=0.1,0.2"), "several runs are processes of their own: take finshell, not finshell_mpi"),
+                (STRIP.replace("&load", "&node name = 'hub' position = 11.0, 0.5, 0.0 /\n&rigid_body node_set = 'edge_x1' reference = 'hub' /\n&load"), (),
+                 "joints (&tie, &equal, &equation, &rigid_body) run on one process only: take finshell instead of finshell_mpi"),
                 (STRIP + "&step control = 'dynamic' duration = 1.0 /\n", (), "in.nml:9: &step: steps in time run in one process: take finshell, not finshell_mpi"),
                 (STRIP.replace("&step control = 'linear' load_factor = 0.2 /", "&accuracy target = 0.1 /"), (),
                  "&accuracy: meshes are refined in one process: take finshell, not finshell_mpi")):
