@@ -92,7 +92,6 @@ contains
       type(pieces_t), intent(inout) :: pieces
       real(wp), allocatable :: x(:), y(:)
       integer :: begun, i, k
-      real(wp) :: t, place
 
       x = [real(wp) ::]
       y = [real(wp) ::]
@@ -119,13 +118,10 @@ contains
             end if
             if (.not. step%last > step%first) cycle
             if (step%ramp > step%first) call point(step%ramp, entry%start(k))
-            if (entry%led(k)) then
-               do i = 1, size(entry%table%times)
-                  t = entry%table%times(i)
-                  if (entry%table%total) t = t - step%began
-                  if (t <= 0 .or. t >= step%duration) cycle
-                  place = step%ramp + (step%last - step%ramp)*t/step%duration
-                  call point(place, entry%magnitude*entry%table%values(i))
+            if (allocated(entry%corners(k)%times)) then
+               do i = 1, size(entry%corners(k)%times)
+                  call point(step%ramp + (step%last - step%ramp)*entry%corners(k)%times(i)/step%duration, &
+                             entry%corners(k)%values(i))
                end do
             end if
             call point(step%last, entry%value(k))

@@ -4,7 +4,7 @@
 !> nodes (or elements) are the same, and the set is split where only some are; within a step loads add up. OP = NEW takes away what
 !> earlier steps brought.
 module finshell_deck_history
-   use finshell_deck_schedule, only: perturbation, schedule_t, table_t
+   use finshell_deck_schedule, only: perturbation, schedule_t, step_t, table_t
    use finshell_kinds, only: wp
    implicit none
    private
@@ -25,9 +25,10 @@ module finshell_deck_history
       logical :: alive = .true.
       real(wp) :: magnitude = 0
       type(table_t) :: table
-      !> For each step: value where it begins (a jump, if it is not the last one) and ends, whether it is there, has a table
+      !> For each step: value where it begins (a jump, if it is not the last one) and ends, whether it is there, corners between
       real(wp), allocatable :: start(:), value(:)
-      logical, allocatable :: present(:), led(:)
+      logical, allocatable :: present(:)
+      type(table_t), allocatable :: corners(:)
    end type entry_t
 
    type :: history_t
@@ -118,7 +119,8 @@ contains
       entry%members = rest
       n = size(self%schedule%steps)
       allocate (entry%start(n), entry%value(n), source=0.0_wp)
-      allocate (entry%present(n), entry%led(n), source=.false.)
+      allocate (entry%present(n), source=.false.)
+      allocate (entry%corners(n))
       self%entries = [self%entries, entry]
    end subroutine put
 
@@ -176,7 +178,7 @@ contains
                entry%present(k) = .true.
                if (allocated(entry%table%times)) then
                   if (touched .or. entry%table%total) then
-                     entry%led(k) = .true.
+                     call keep_corners(entry%table, step, entry%magnitude, entry%corners(k))
                      entry%start(k) = entry%magnitude*entry%table%at(merge(step%began, 0.0_wp, entry%table%total))
                      entry%value(k) = entry%magnitude*entry%table%at(step%duration + merge(step%began, 0.0_wp, entry%table%total))
                   end if
@@ -188,6 +190,19 @@ contains
          end do
       end associate
    end subroutine end_step
+
+   !> What a table says within a step: times of the step, and values.
+   pure subroutine keep_corners(table, step, magnitude, corners)
+      type(table_t), intent(in) :: table
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: magnitude
+      type(table_t), intent(out) :: corners
+      real(wp), allocatable :: t(:)
+      t = table%times
+      if (table%total) t = t - step%began
+      corners%values = magnitude*pack(table%values, t > 0 .and. t < step%duration)
+      corners%times = pack(t, t > 0 .and. t < step%duration)
+   end subroutine keep_corners
 
    pure function intersection(a, b) result(c)
       integer, intent(in) :: a(:), b(:)

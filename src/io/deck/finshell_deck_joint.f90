@@ -2,8 +2,9 @@
 module finshell_deck_joint
    use finshell_deck, only: data_t, deck_t
    use finshell_deck_connector, only: add_node
-   use finshell_deck_writer, only: alias_t, number_text, quoted, writer_t
+   use finshell_deck_writer, only: alias_t, body_t, number_text, quoted, writer_t
    use finshell_kinds, only: i8, wp
+   use finshell_mesh, only: find_edge_set
    use finshell_mesh_sorting, only: position_in_sorted
    use finshell_text, only: lower_case, parse_integer, parse_real
    implicit none
@@ -52,6 +53,7 @@ contains
       type(writer_t), intent(inout) :: writer
       type(data_t) :: line
       character(len=:), allocatable :: group, master, slave
+      integer, allocatable :: members(:)
       real(wp) :: tolerance
       logical :: ok
 
@@ -66,6 +68,11 @@ contains
          master = ''
          if (slave /= '') master = writer%element_set(line%field(2)%text)
          group = '&tie node_set = '//quoted(slave)
+         if (master == '' .and. slave /= '') then
+            ! edges: the elements that have them
+            master = writer%edge_set(line%field(2)%text)
+            if (master /= '') master = writer%list_set('element_set', elements_at_edges(writer, master))
+         end if
          if (master /= '') then
             group = group//' to_element_set = '//quoted(master)
          else
@@ -83,8 +90,29 @@ contains
          if (deck%cards(c)%has('NO ROTATION')) group = group//' rotations = .false.'
          if (lower_case(deck%cards(c)%value('ADJUST')) /= 'no') group = group//' adjust = .true.'
          writer%joints = writer%joints//group//' /'//lf
+         members = writer%members_of('node_set', slave)
+         if (index(slave, 'nodes_of_') == 1) members = nodes_in(writer, slave)
+         writer%bodies = [writer%bodies, body_t(members, '')]
       end do
    end subroutine convert_tie
+
+   !> The elements with two nodes of an edge set.
+   function elements_at_edges(writer, name) result(list)
+      type(writer_t), intent(in) :: writer
+      character(len=*), intent(in) :: name
+      integer, allocatable :: list(:)
+      logical, allocatable :: inside(:)
+      integer :: e, i
+      allocate (inside(size(writer%mesh%coordinates, 2)), source=.false.)
+      associate (edges => writer%mesh%edge_sets(find_edge_set(writer%mesh, name))%edges)
+         do i = 1, size(edges, 2)
+            inside(edges(:, i)) = .true.
+         end do
+      end associate
+      associate (triangles => writer%mesh%triangles)
+         list = pack([(e, e=1, size(triangles, 2))], [(count(inside(triangles(:, e))) >= 2, e=1, size(triangles, 2))])
+      end associate
+   end function elements_at_edges
 
    !> A reference node of a body: a node of the mesh, or one beside it, which the sets that consist of it then name.
    function reference_of(deck, field, writer) result(name)
@@ -168,8 +196,12 @@ contains
       members = writer%members_of('node_set', body)
       if (index(body, 'nodes_of_') == 1) members = nodes_in(writer, body)
       if (size(master) == 1) then
-         if (any(members == master(1))) set = writer%list_set('node_set', pack(members, members /= master(1)))
+         if (any(members == master(1))) then
+            members = pack(members, members /= master(1))
+            set = writer%list_set('node_set', members)
+         end if
       end if
+      writer%bodies = [writer%bodies, body_t(members, reference)]
       writer%joints = writer%joints//'&rigid_body node_set = '//quoted(set)//' reference = '//quoted(reference)//words//' /'//lf
    end subroutine add_body
 
@@ -298,6 +330,7 @@ contains
             call add_body(a, b, .true., writer)
          else if (kind == 'tie') then
             writer%joints = writer%joints//'&tie node_set = '//quoted(a)//' to_node_set = '//quoted(b)//' /'//lf
+            writer%bodies = [writer%bodies, body_t(writer%members_of('node_set', a), '')]
          else
             do k = 1, size(components)
                writer%joints = writer%joints//'&equation node_set = '//quoted(a)//', '//quoted(b)//' components = ' &

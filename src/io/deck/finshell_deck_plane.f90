@@ -43,14 +43,22 @@ contains
       associate (mesh => writer%mesh)
          flat = [(position_in_sorted(tags, mesh%element_tags(e)) > 0, e=1, size(mesh%element_tags))]
          set = 'all'
-         if (.not. all(flat)) then
-            allocate (inside(size(mesh%coordinates, 2)), source=.false.)
-            do e = 1, size(flat)
-               if (flat(e)) inside(mesh%triangles(:, e)) = .true.
-            end do
-            do e = 1, size(flat)
-               if (.not. flat(e)) inside(mesh%triangles(:, e)) = .false.
-            end do
+         allocate (inside(size(mesh%coordinates, 2)), source=.false.)
+         do e = 1, size(flat)
+            if (flat(e)) inside(mesh%triangles(:, e)) = .true.
+         end do
+         do e = 1, size(flat)
+            if (.not. flat(e)) inside(mesh%triangles(:, e)) = .false.
+         end do
+         ! a node that depends on another is held by that one
+         do i = 1, size(writer%bodies)
+            associate (body => writer%bodies(i))
+               if (body%reference /= '' .and. any(inside(pack(body%members, body%members > 0)))) &
+                  writer%supports = writer%supports//'&support node_set = '//quoted(body%reference)//" fixed = 'uz' 'rx' 'ry' /"//lf
+               inside(pack(body%members, body%members > 0)) = .false.
+            end associate
+         end do
+         if (.not. all(inside)) then
             if (.not. any(inside)) return
             set = writer%list_set('node_set', pack([(i, i=1, size(inside))], inside))
          end if

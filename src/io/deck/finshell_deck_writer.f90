@@ -9,7 +9,7 @@ module finshell_deck_writer
    use finshell_text, only: lower_case, parse_integer
    implicit none
    private
-   public :: writer_t, alias_t, quoted, number_text, vector_text
+   public :: writer_t, alias_t, body_t, quoted, number_text, vector_text
 
    !> A word of the deck for nodes beside the mesh, or for the rotations of a node.
    type :: alias_t
@@ -18,11 +18,18 @@ module finshell_deck_writer
       integer :: shift = 0 !< of degrees of freedom: 3 where its displacements stand for rotations
    end type alias_t
 
+   !> Nodes of the mesh that depend on others, and the node set of their reference node; '': they go with other nodes of the mesh.
+   type :: body_t
+      integer, allocatable :: members(:)
+      character(len=:), allocatable :: reference
+   end type body_t
+
    type :: writer_t
       type(mesh_t) :: mesh
       character(len=:), allocatable :: title
       character(len=:), allocatable :: sets, materials, sections, joints, supports, amplitudes, loads, steps
       type(alias_t), allocatable :: aliases(:)
+      type(body_t), allocatable :: bodies(:)
       character(len=:), allocatable :: not_taken !< a line each
       integer :: listed = 0 !< sets made of lists
    contains
@@ -49,7 +56,7 @@ contains
       self%joints = ''
       self%supports = ''
       self%amplitudes = ''
-      allocate (self%aliases(0))
+      allocate (self%aliases(0), self%bodies(0))
       self%loads = ''
       self%steps = ''
       self%not_taken = ''
