@@ -238,7 +238,7 @@ contains
          return
       end if
       select case (entry%form)
-      case (2); number = vector_text(value*entry%direction)
+      case (2); number = vector_text(value*entry%direction + 0.0_wp)
       case (3); number = number_text(sqrt(max(value, 0.0_wp)))
       case default; number = number_text(value)
       end select

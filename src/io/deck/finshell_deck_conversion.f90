@@ -144,6 +144,7 @@ contains
          else
             writer%steps = writer%steps//"&step control = 'dynamic' duration = "//number_text(x(2))
             if (x(1) > 0) writer%steps = writer%steps//' first_increment = '//number_text(x(1))
+            if (deck%cards(c)%has('DIRECT')) writer%steps = writer%steps//' automatic = .false.'
          end if
          if (schedule%way == clock) writer%steps = writer%steps//' times = '//number_text(x(2))//' factors = ' &
             //number_text(step%last)
