@@ -91,6 +91,7 @@ contains
       type(writer_t), intent(inout) :: writer
       type(pieces_t), intent(inout) :: pieces
       real(wp), allocatable :: x(:), y(:)
+      real(wp) :: change
       integer :: begun, i, k
 
       x = [real(wp) ::]
@@ -110,9 +111,10 @@ contains
                if (entry%kind == boundary) y = [0.0_wp]
             end if
             if (step%kind == riks) then
-               ! its own factor scales what it changes
-               if (abs(entry%value(k) - entry%start(k)) > 0) call add(entry, entry%value(k) - entry%start(k), &
-                                                              " case = 'step_"//text_of(step%number)//"'", writer, pieces)
+               ! its own factor scales what it changes; supports stay
+               change = entry%value(k) - entry%start(k)
+               if (entry%kind /= boundary .and. abs(change) > 0) call add(entry, change, " case = 'step_" &
+                                                                          //text_of(step%number)//"'", writer, pieces)
                y(size(y)) = entry%start(k)
                cycle
             end if
@@ -162,7 +164,7 @@ contains
                   x = [x, x + 1]
                   y = [y, y]
                end if
-               call add(entry, peak, table_of(x, y/peak, writer)//when, writer, pieces)
+               call add(entry, peak, table_of(x, y/peak + 0.0_wp, writer)//when, writer, pieces)
             end if
          end if
          begun = 0

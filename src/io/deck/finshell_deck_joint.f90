@@ -170,7 +170,7 @@ contains
          if (card%has('TIE NSET')) body = nodes_of(card%value('TIE NSET'), writer)
          if (card%has('ANALYTICAL SURFACE')) body = ''
          reference = card%value('REF NODE')
-         if (reference /= '') reference = reference_of(deck, reference, writer)
+         if (reference /= '' .and. body /= '') reference = reference_of(deck, reference, writer)
          if (body == '' .or. reference == '') then
             call writer%miss(deck, c, 'NSET or ELSET with nodes of a shell and REF NODE are expected')
             return
@@ -226,7 +226,7 @@ contains
       integer, intent(in) :: c
       type(writer_t), intent(inout) :: writer
       type(data_t) :: line
-      character(len=:), allocatable :: body, reference
+      character(len=:), allocatable :: body
       logical :: held(6)
       held = .false.
       if (c < size(deck%cards)) then
@@ -241,8 +241,7 @@ contains
       end if
       if (deck%cards(c)%has('ORIENTATION')) held = .false.
       body = nodes_of(deck%cards(c)%value('SURFACE'), writer)
-      reference = reference_of(deck, deck%cards(c)%value('REF NODE'), writer)
-      call couple(deck, c, body, reference, held, writer)
+      call couple(deck, c, body, held, writer)
    end subroutine convert_coupling
 
    !> *KINEMATIC COUPLING: sets and the degrees of freedom that go with the reference node.
@@ -251,22 +250,21 @@ contains
       integer, intent(in) :: c
       type(writer_t), intent(inout) :: writer
       type(data_t) :: line
-      character(len=:), allocatable :: body, next, reference
+      character(len=:), allocatable :: body, next
       logical :: held(6)
-      reference = reference_of(deck, deck%cards(c)%value('REF NODE'), writer)
       body = ''
       held = .false.
       call deck%start(c, line)
       do while (deck%next(line))
          next = nodes_of(line%field(1)%text, writer)
          if (body /= '' .and. next /= body) then
-            call couple(deck, c, body, reference, held, writer)
+            call couple(deck, c, body, held, writer)
             held = .false.
          end if
          body = next
          call mark(line, 2, held)
       end do
-      call couple(deck, c, body, reference, held, writer)
+      call couple(deck, c, body, held, writer)
    end subroutine convert_kinematic
 
    !> Degrees of freedom from field `at` to the next; all where there are none.
@@ -286,13 +284,18 @@ contains
       if (first >= 1 .and. last <= 6) held(first:last) = .true.
    end subroutine mark
 
-   subroutine couple(deck, c, body, reference, held, writer)
+   subroutine couple(deck, c, body, held, writer)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: c
-      character(len=*), intent(in) :: body, reference
+      character(len=*), intent(in) :: body
       logical, intent(in) :: held(6)
       type(writer_t), intent(inout) :: writer
-      if (body == '' .or. reference == '' .or. .not. all(held(:3)) .or. (any(held(4:)) .and. .not. all(held(4:)))) then
+      character(len=:), allocatable :: reference
+      logical :: whole
+      whole = body /= '' .and. all(held(:3)) .and. (all(held(4:)) .or. .not. any(held(4:)))
+      reference = ''
+      if (whole) reference = reference_of(deck, deck%cards(c)%value('REF NODE'), writer)
+      if (reference == '') then
          call writer%miss(deck, c, 'nodes of a shell that go with a reference node in all displacements, and in all rotations ' &
                           //'or none, are expected')
       else
@@ -307,6 +310,7 @@ contains
       type(writer_t), intent(inout) :: writer
       type(data_t) :: line
       character(len=:), allocatable :: a, b, kind
+      character(len=4), parameter :: known(3) = ['beam', 'tie ', 'pin ']
       integer :: k
       logical :: together
 
@@ -316,10 +320,10 @@ contains
          a = ''
          b = ''
          if (line%fields == 3) then
-            a = writer%node_set(line%field(2)%text)
-            b = reference_of(deck, line%field(3)%text, writer)
+            if (any(kind == known)) a = writer%node_set(line%field(2)%text)
+            if (a /= '') b = reference_of(deck, line%field(3)%text, writer)
          end if
-         if (a == '' .or. b == '' .or. .not. any(kind == [character(len=4) :: 'beam', 'tie', 'pin'])) then
+         if (a == '' .or. b == '') then
             call writer%miss(deck, c, 'BEAM, TIE or PIN, a node of a shell and another node are expected', line%line)
             cycle
          end if
