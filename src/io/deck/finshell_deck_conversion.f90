@@ -134,50 +134,50 @@ contains
          line%fields = 0
       end if
       associate (step => schedule%steps(k_step))
-      select case (deck%cards(c)%keyword)
-      case ('BUCKLE', 'FREQUENCY')
-         writer%steps = writer%steps//'&step control = '//trim(merge("'buckling'   ", "'frequencies'", &
+         select case (deck%cards(c)%keyword)
+         case ('BUCKLE', 'FREQUENCY')
+            writer%steps = writer%steps//'&step control = '//trim(merge("'buckling'   ", "'frequencies'", &
             deck%cards(c)%keyword == 'BUCKLE'))//' modes = '//text_of(max(1, nint(x(1))))//' /'//lf
-      case ('DYNAMIC')
-         if (deck%cards(c)%has('EXPLICIT')) then
-            writer%steps = writer%steps//"&step control = 'explicit' duration = "//number_text(x(2))
-         else
-            writer%steps = writer%steps//"&step control = 'dynamic' duration = "//number_text(x(2))
-            if (x(1) > 0) writer%steps = writer%steps//' first_increment = '//number_text(x(1))
-            if (deck%cards(c)%has('DIRECT')) writer%steps = writer%steps//' automatic = .false.'
-         end if
-         if (schedule%way == clock) writer%steps = writer%steps//' times = '//number_text(x(2))//' factors = ' &
+         case ('DYNAMIC')
+            if (deck%cards(c)%has('EXPLICIT')) then
+               writer%steps = writer%steps//"&step control = 'explicit' duration = "//number_text(x(2))
+            else
+               writer%steps = writer%steps//"&step control = 'dynamic' duration = "//number_text(x(2))
+               if (x(1) > 0) writer%steps = writer%steps//' first_increment = '//number_text(x(1))
+               if (deck%cards(c)%has('DIRECT')) writer%steps = writer%steps//' automatic = .false.'
+            end if
+            if (schedule%way == clock) writer%steps = writer%steps//' times = '//number_text(x(2))//' factors = ' &
             //number_text(step%last)
-         writer%steps = writer%steps//' /'//lf
-      case default
-         if (deck%cards(c)%has('RIKS')) then
-            writer%steps = writer%steps//"&step control = 'arc_length'"
-            if (schedule%way == clock) writer%steps = writer%steps//" case = 'step_"//text_of(step%number)//"'"
-            if (x(1) > 0 .and. x(2) > 0) writer%steps = writer%steps//' first_increment = '//number_text(min(1.0_wp, x(1)/x(2)))
-            if (x(5) > 0) writer%steps = writer%steps//' load_factor = '//number_text(x(5))
-            if (line%fields >= 8) then
-               set = writer%node_set(line%field(6)%text)
-               call parse_integer(line%field(7)%text, component, ok)
-               if (set /= '' .and. ok .and. component >= 1 .and. component <= 3) writer%steps = writer%steps//' node_set = ' &
+            writer%steps = writer%steps//' /'//lf
+         case default
+            if (deck%cards(c)%has('RIKS')) then
+               writer%steps = writer%steps//"&step control = 'arc_length'"
+               if (schedule%way == clock) writer%steps = writer%steps//" case = 'step_"//text_of(step%number)//"'"
+               if (x(1) > 0 .and. x(2) > 0) writer%steps = writer%steps//' first_increment = '//number_text(min(1.0_wp, x(1)/x(2)))
+               if (x(5) > 0) writer%steps = writer%steps//' load_factor = '//number_text(x(5))
+               if (line%fields >= 8) then
+                  set = writer%node_set(line%field(6)%text)
+                  call parse_integer(line%field(7)%text, component, ok)
+                  if (set /= '' .and. ok .and. component >= 1 .and. component <= 3) writer%steps = writer%steps//' node_set = ' &
                   //quoted(set)//' component = '//quoted('xyz' (int(component):int(component)))//' displacements = ' &
                   //number_text(x(8))
+               end if
+               writer%steps = writer%steps//' /'//lf
+            else if (step%kind == perturbation) then
+               writer%steps = writer%steps//"&step control = 'linear'"
+               if (schedule%way == clock) writer%steps = writer%steps//' load_factor = '//number_text(step%last + 1)
+               writer%steps = writer%steps//' /'//lf
+            else if (step%kind == static .or. schedule%way == clock) then
+               if (step%kind == linear) call writer%miss(deck, c, 'a linear step among others: it has large displacements')
+               writer%steps = writer%steps//"&step control = 'load'"
+               if (schedule%way == clock) writer%steps = writer%steps//' load_factor = '//number_text(step%last)
+               if (x(1) > 0 .and. x(2) > x(1)) writer%steps = writer%steps//' first_increment = '//number_text(x(1)/x(2))
+               if (deck%cards(c)%has('DIRECT')) writer%steps = writer%steps//' automatic = .false.'
+               writer%steps = writer%steps//' /'//lf
+            else
+               writer%steps = writer%steps//"&step control = 'linear' /"//lf
             end if
-            writer%steps = writer%steps//' /'//lf
-         else if (step%kind == perturbation) then
-            writer%steps = writer%steps//"&step control = 'linear'"
-            if (schedule%way == clock) writer%steps = writer%steps//' load_factor = '//number_text(step%last + 1)
-            writer%steps = writer%steps//' /'//lf
-         else if (step%kind == static .or. schedule%way == clock) then
-            if (step%kind == linear) call writer%miss(deck, c, 'a linear step among others: it is solved with large displacements')
-            writer%steps = writer%steps//"&step control = 'load'"
-            if (schedule%way == clock) writer%steps = writer%steps//' load_factor = '//number_text(step%last)
-            if (x(1) > 0 .and. x(2) > x(1)) writer%steps = writer%steps//' first_increment = '//number_text(x(1)/x(2))
-            if (deck%cards(c)%has('DIRECT')) writer%steps = writer%steps//' automatic = .false.'
-            writer%steps = writer%steps//' /'//lf
-         else
-            writer%steps = writer%steps//"&step control = 'linear' /"//lf
-         end if
-      end select
+         end select
       end associate
    end subroutine convert_step
 end module finshell_deck_conversion
