@@ -21,6 +21,7 @@ module finshell_deck_acting
    !> Supports that wait to be joined.
    type :: pieces_t
       type(piece_t), allocatable :: list(:)
+      integer :: count = 0 !< of them
    end type pieces_t
 
 contains
@@ -32,8 +33,8 @@ contains
       type(pieces_t) :: pieces
       integer :: i, k
 
-      allocate (pieces%list(0))
-      do i = 1, size(history%entries)
+      allocate (pieces%list(16))
+      do i = 1, history%count
          associate (entry => history%entries(i))
             if (entry%kind /= boundary .and. .not. any(abs(entry%value) > 0 .or. abs(entry%start) > 0)) then
                if (size(entry%value) > 0) cycle
@@ -228,10 +229,13 @@ contains
       set = entry%set
       if (.not. entry%whole) set = writer%list_set(entry%set_key, entry%members)
       if (entry%kind == boundary) then
-         allocate (grown(size(pieces%list) + 1))
-         grown(:size(pieces%list)) = pieces%list
-         call move_alloc(grown, pieces%list)
-         associate (piece => pieces%list(size(pieces%list)))
+         if (pieces%count == size(pieces%list)) then
+            allocate (grown(2*pieces%count))
+            grown(:pieces%count) = pieces%list
+            call move_alloc(grown, pieces%list)
+         end if
+         pieces%count = pieces%count + 1
+         associate (piece => pieces%list(pieces%count))
             piece%set = set
             piece%key = entry%key
             piece%when = when
@@ -252,40 +256,41 @@ contains
    subroutine write_supports(pieces, writer)
       type(pieces_t), intent(inout) :: pieces
       type(writer_t), intent(inout) :: writer
-      character(len=:), allocatable :: group
-      logical :: done(size(pieces%list)), mine(size(pieces%list)), held
-      integer :: c, i, j
+      integer, parameter :: ahead = 64 ! pieces that are looked at: those of one set are written one behind the other
+      logical :: done(pieces%count + ahead), mine(0:ahead)
+      character(len=:), allocatable :: fixed, moved
+      integer :: c, held, i, j
       done = .false.
-      do i = 1, size(pieces%list)
+      do i = 1, pieces%count
          if (done(i)) cycle
-         do j = 1, size(pieces%list)
-            mine(j) = .not. done(j) .and. pieces%list(j)%set == pieces%list(i)%set .and. pieces%list(j)%when == pieces%list(i)%when
+         mine = .false.
+         do j = 0, min(ahead, pieces%count - i)
+            if (done(i + j)) cycle
+            mine(j) = pieces%list(i + j)%set == pieces%list(i)%set .and. pieces%list(i + j)%when == pieces%list(i)%when
+            done(i + j) = mine(j)
          end do
-         done = done .or. mine
-         group = ''
-         held = .true.
+         fixed = ''
+         moved = ''
+         held = 0
          do c = 1, size(components)
-            if (.not. holds(c)) held = .false.
-            if (holds(c)) group = group//' '//quoted(components(c))
+            do j = 0, ahead
+               if (.not. mine(j)) cycle
+               associate (piece => pieces%list(i + j))
+                  if (piece%key /= components(c)) cycle
+                  if (abs(piece%value) > 0) then
+                     moved = moved//' '//components(c)//' = '//number_text(piece%value)
+                  else
+                     fixed = fixed//' '//quoted(components(c))
+                     held = held + 1
+                  end if
+               end associate
+               exit
+            end do
          end do
-         if (group /= '') group = ' fixed ='//group
-         if (held) group = " type = 'clamped'"
-         do j = 1, size(pieces%list)
-            if (mine(j) .and. abs(pieces%list(j)%value) > 0) group = group//' '//pieces%list(j)%key//' = ' &
-               //number_text(pieces%list(j)%value)
-         end do
-         writer%supports = writer%supports//'&support node_set = '//quoted(pieces%list(i)%set)//group//pieces%list(i)%when//' /'//lf
+         if (held > 0) fixed = ' fixed ='//fixed
+         if (held == size(components)) fixed = " type = 'clamped'"
+         writer%supports = writer%supports//'&support node_set = '//quoted(pieces%list(i)%set)//fixed//moved//pieces%list(i)%when &
+            //' /'//lf
       end do
-
-   contains
-
-      logical function holds(c)
-         integer, intent(in) :: c
-         integer :: k
-         holds = .false.
-         do k = 1, size(pieces%list)
-            if (mine(k) .and. pieces%list(k)%key == components(c)) holds = holds .or. abs(pieces%list(k)%value) <= 0
-         end do
-      end function holds
    end subroutine write_supports
 end module finshell_deck_acting

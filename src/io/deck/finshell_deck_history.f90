@@ -34,6 +34,7 @@ module finshell_deck_history
    type :: history_t
       type(schedule_t) :: schedule
       type(entry_t), allocatable :: entries(:)
+      integer :: count = 0 !< of them
       integer :: step = 0 !< that is read
       integer :: cleared(4) = -1 !< step in which OP = NEW stood, by kind
    contains
@@ -49,7 +50,7 @@ contains
       class(history_t), intent(out) :: self
       type(schedule_t), intent(in) :: schedule
       self%schedule = schedule
-      allocate (self%entries(0))
+      allocate (self%entries(16))
    end subroutine begin
 
    !> OP = NEW on a card of this kind.
@@ -73,9 +74,12 @@ contains
       rest = new%members
       passing = .false.
       if (self%step > 0 .and. new%kind /= boundary) passing = self%schedule%steps(self%step)%kind == perturbation
-      known = merge(0, size(self%entries), passing)
+      known = merge(0, self%count, passing)
       do i = 1, known
          if (.not. self%entries(i)%alive .or. self%entries(i)%key /= new%key .or. any_perturbation(self, self%entries(i))) cycle
+         if (size(self%entries(i)%members) == 0 .or. size(new%members) == 0) cycle
+         if (self%entries(i)%members(1) > new%members(size(new%members)) .or. &
+             self%entries(i)%members(size(self%entries(i)%members)) < new%members(1)) cycle
          common = intersection(self%entries(i)%members, new%members)
          if (size(common) == 0) cycle
          if (self%entries(i)%touched == self%step) then
@@ -89,7 +93,7 @@ contains
             entry = self%entries(i)
             entry%members = without(entry%members, common)
             entry%whole = .false.
-            self%entries = [self%entries, entry]
+            call add(self, entry)
             self%entries(i)%members = common
             self%entries(i)%whole = .false.
             if (size(common) == size(new%members)) then
@@ -121,8 +125,21 @@ contains
       allocate (entry%start(n), entry%value(n), source=0.0_wp)
       allocate (entry%present(n), source=.false.)
       allocate (entry%corners(n))
-      self%entries = [self%entries, entry]
+      call add(self, entry)
    end subroutine put
+
+   subroutine add(self, entry)
+      class(history_t), intent(inout) :: self
+      type(entry_t), intent(in) :: entry
+      type(entry_t), allocatable :: grown(:)
+      if (self%count == size(self%entries)) then
+         allocate (grown(2*self%count))
+         grown(:self%count) = self%entries
+         call move_alloc(grown, self%entries)
+      end if
+      self%count = self%count + 1
+      self%entries(self%count) = entry
+   end subroutine add
 
    pure logical function same_table(a, b)
       type(table_t), intent(in) :: a, b
@@ -151,7 +168,7 @@ contains
       k = self%step
       if (k == 0) return
       associate (step => self%schedule%steps(k))
-         do i = 1, size(self%entries)
+         do i = 1, self%count
             associate (entry => self%entries(i))
                if (.not. entry%alive) cycle
                last = 0

@@ -79,7 +79,7 @@ contains
          members = writer%members_of('node_set', set)
          do k = 1, size(held)
             known = [integer ::]
-            do i = 1, size(history%entries)
+            do i = 1, history%count
                if (history%entries(i)%alive .and. history%entries(i)%key == components(held(k))) known = &
                   [known, history%entries(i)%members]
             end do

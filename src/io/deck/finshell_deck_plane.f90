@@ -22,11 +22,12 @@ contains
       integer(i8), allocatable :: tags(:)
       integer(i8) :: tag
       logical, allocatable :: flat(:), inside(:)
-      integer :: c, e, i
+      integer :: c, e, i, n
       logical :: ok
       character(len=:), allocatable :: set
 
-      tags = [integer(i8) ::]
+      n = 0
+      allocate (tags(size(writer%mesh%element_tags)))
       do c = 1, size(deck%cards)
          if (deck%cards(c)%keyword /= 'ELEMENT') cycle
          if (.not. is_plane_type(deck%cards(c)%value('TYPE'))) cycle
@@ -35,10 +36,13 @@ contains
          call deck%start(c, line)
          do while (deck%next(line))
             call line%whole(1, tag, ok)
-            if (ok) tags = [tags, tag]
+            if (.not. ok .or. n == size(tags)) cycle
+            n = n + 1
+            tags(n) = tag
          end do
       end do
-      if (size(tags) == 0) return
+      if (n == 0) return
+      tags = tags(:n)
       tags = tags(sorted_order(tags))
       associate (mesh => writer%mesh)
          flat = [(position_in_sorted(tags, mesh%element_tags(e)) > 0, e=1, size(mesh%element_tags))]
@@ -74,20 +78,24 @@ contains
       logical, intent(in) :: of_all
       type(data_t) :: line
       integer, allocatable :: members(:), mine(:)
+      logical, allocatable :: inside(:)
       character(len=:), allocatable :: name
       real(wp) :: thickness
-      integer :: c, i
+      integer :: c
       logical :: ok
 
       side_thickness = 0
       members = writer%members_of('element_set', set)
+      allocate (inside(size(writer%mesh%element_tags)))
       do c = 1, size(deck%cards)
          if (deck%cards(c)%keyword /= 'SOLID SECTION') cycle
          name = writer%element_set(deck%cards(c)%value('ELSET'))
          if (name == '') cycle
          mine = writer%members_of('element_set', name)
          if (.not. of_all) then
-            if (.not. any([(any(mine == members(i)), i=1, size(members))])) cycle
+            inside = .false.
+            inside(members) = .true.
+            if (.not. any(inside(mine))) cycle
          end if
          call deck%start(c, line)
          thickness = 1

@@ -134,10 +134,10 @@ contains
          if (deck%cards(c)%keyword == 'BOUNDARY' .and. any(schedule%steps%kind == in_time)) several = several .or. moves(deck, c)
       end do
       schedule%way = plain
-      if (.not. several) return
+      if (.not. several .or. size(schedule%steps) == 0) return
       schedule%way = clock
-      if (all(schedule%steps%kind == linear .or. schedule%steps%kind == perturbation .or. schedule%steps%kind == modes &
-              .or. schedule%steps%kind == no_step)) schedule%way = apart
+      if (all(schedule%steps%kind == linear .or. schedule%steps%kind == modes .or. schedule%steps%kind == no_step)) &
+         schedule%way = apart
    end subroutine choose_way
 
    !> Whether a *BOUNDARY moves something.
