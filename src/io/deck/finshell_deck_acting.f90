@@ -45,8 +45,8 @@ contains
             case (apart)
                call write_apart(history, entry, writer, pieces)
             case (clock)
-               if (entry%kind /= boundary .and. history%schedule%steps(max(1, entry%born))%kind == perturbation) then
-                  k = entry%born
+               k = max(1, entry%born)
+               if (entry%kind /= boundary .and. history%schedule%steps(k)%kind == perturbation) then
                   associate (step => history%schedule%steps(k))
                      call add(entry, entry%magnitude, table_of([step%first, step%first + window], [0.0_wp, window], writer) &
                               //span(history, k, k), writer, pieces)
@@ -104,7 +104,9 @@ contains
             cycle
          end if
          associate (step => history%schedule%steps(k))
-            if (begun > 0 .and. abs(entry%start(k) - y(size(y))) > 0 .and. entry%kind /= boundary) call close(k - 1)
+            if (begun > 0) then
+               if (abs(entry%start(k) - y(size(y))) > 0 .and. entry%kind /= boundary) call close(k - 1)
+            end if
             if (begun == 0) then
                begun = k
                x = [step%first]

@@ -192,7 +192,7 @@ contains
          entry%more = ''
          entry%form = 1
          if (on_edges) label = 'edge '//label
-         if (len(label) == 2 .and. index('1234', label(len(label):)) > 0 .and. label(:1) == 'p') label = 'side'
+         if (any(label == ['p1', 'p2', 'p3', 'p4'])) label = 'side'
          if (index(label, 'ednor') == 1) label = 'ednor'
          select case (label)
          case ('p')

@@ -154,8 +154,10 @@ contains
       do while (deck%next(line))
          if (line%fields < 2) cycle
          label = lower_case(line%field(2)%text)
-         side = index('1234', label(max(1, len(label)):))
-         if (side == 0 .or. .not. (label(:len(label) - 1) == 'p' .or. label(:len(label) - 1) == 'ednor')) cycle
+         side = 0
+         if (len(label) > 1) side = index('1234', label(len(label):))
+         if (side == 0) cycle
+         if (label(:len(label) - 1) /= 'p' .and. label(:len(label) - 1) /= 'ednor') cycle
          name = side_name(line%field(1)%text, label)
          if (any([(content%sides(i)%name == name, i=1, size(content%sides))])) cycle
          call line%whole(1, tag, ok)
