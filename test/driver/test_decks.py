@@ -92,6 +92,22 @@ class Decks(unittest.TestCase):
         self.assertAlmostEqual((3e-4 + 3e-3 * (buckling - 1)) / euler, 1.04, delta=0.06)
         self.assertAlmostEqual(float(rows[-1]["load_factor"]), 2, delta=1e-9)
 
+    def test_perturbations_of_a_linear_preload(self):
+        cards = [*SHELL, *step("*CLOAD", "tip, 1, -1e-4", more=""), *step("*CLOAD", "tip, 1, -1e-3", control=("*BUCKLE", "1"), more=""),
+                 *step("*CLOAD", "tip, 3, 1e-4", more=", PERTURBATION")]
+        self.names(cards, linear="a linear step among others")
+        monitor = "&monitor name = 'f' quantity = 'reaction' component = 'z' node_set = 'root' reduce = 'sum' /\n"
+        self.assertAlmostEqual(float(self.convert(cards, monitors=monitor)[2][-1]["f"]) / -3e-4, 1, delta=1e-6)
+
+    def test_explicit_steps(self):
+        cards = [*SHELL, "*AMPLITUDE, NAME=a", "0., 0., 0.01, 1., 0.02, 0.", *step("*CLOAD, AMPLITUDE=a", "tip, 3, 1e-4", control=("*DYNAMIC, EXPLICIT", ", 0.02"))]
+        _, said, rows = self.convert(cards)
+        self.assertNotIn("NOT TAKEN", said)
+        self.assertAlmostEqual(float(rows[-1]["time"]), 0.02, delta=1e-9)
+        halfway = min(rows, key=lambda row: abs(float(row["time"]) - 0.01))
+        self.assertGreater(float(halfway["factor_history_1"]), 0.97)
+        self.assertLess(abs(float(rows[-1]["factor_history_1"])), 1e-9)
+
     def test_riks_after_a_preload(self):
         self.holds([*SHELL, *step("*CLOAD", "tip, 1, 1e-3"), *step("*CLOAD", "tip, 3, 1e-4", control=("*STATIC, RIKS", "0.1, 1., , , 2."))],
                    "&load type = 'force' node_set = 'tip' vector = .0, .0, 1.0E-04 case = 'step_2' /",

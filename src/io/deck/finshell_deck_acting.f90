@@ -36,9 +36,7 @@ contains
       allocate (pieces%list(16))
       do i = 1, history%count
          associate (entry => history%entries(i))
-            if (entry%kind /= boundary .and. .not. any(abs(entry%value) > 0 .or. abs(entry%start) > 0)) then
-               if (size(entry%value) > 0) cycle
-            end if
+            if (history%schedule%way == plain .and. entry%kind /= boundary .and. abs(entry%magnitude) <= 0) cycle
             select case (history%schedule%way)
             case (plain)
                call add(entry, entry%magnitude, '', writer, pieces)
