@@ -7,7 +7,7 @@ module finshell_deck_connector
    use finshell_text, only: lower_case
    implicit none
    private
-   public :: convert_connectors, is_truss_section
+   public :: convert_connectors, is_truss_section, add_node
 
    character, parameter :: lf = achar(10)
 

@@ -72,7 +72,7 @@ contains
          if (refusal /= '') then
             call writer%miss(deck, c, refusal, at)
          else
-            writer%supports = writer%supports//'&equation node_set = '//sets//' components = '//words//' coefficients = '//numbers &
+            writer%joints = writer%joints//'&equation node_set = '//sets//' components = '//words//' coefficients = '//numbers &
                               //' /'//lf
          end if
       end do

@@ -1,135 +1,169 @@
 !> Supports and loads of a deck as groups of a namelist.
 module finshell_deck_load
    use finshell_deck, only: data_t, deck_t
-   use finshell_deck_writer, only: number_text, quoted, vector_text, writer_t
+   use finshell_deck_history, only: boundary, distributed, entry_t, history_t, nodal, on_surface
+   use finshell_deck_plane, only: side_thickness
+   use finshell_deck_schedule, only: clock, read_table, riks
+   use finshell_deck_sets, only: side_name
+   use finshell_deck_writer, only: vector_text, writer_t
    use finshell_kinds, only: i8, wp
-   use finshell_text, only: lower_case, parse_integer
+   use finshell_mesh, only: find_edge_set
+   use finshell_text, only: lower_case
    implicit none
    private
    public :: convert_boundary, convert_nodal_load, convert_distributed_load
 
    character(len=2), parameter :: components(6) = ['ux', 'uy', 'uz', 'rx', 'ry', 'rz']
-   character, parameter :: lf = achar(10)
 
 contains
 
    !> *BOUNDARY.
-   subroutine convert_boundary(deck, c, writer)
+   subroutine convert_boundary(deck, c, writer, history)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: c
       type(writer_t), intent(inout) :: writer
+      type(history_t), intent(inout) :: history
       type(data_t) :: line
-      character(len=:), allocatable :: group, kind, set
+      type(entry_t) :: entry
+      character(len=:), allocatable :: set
       integer(i8) :: first, last
       real(wp) :: value
-      integer :: k
+      integer :: k, shift
+      integer, allocatable :: held(:)
       logical :: ok, fine
 
-      if (deck%cards(c)%has('AMPLITUDE')) call writer%miss(deck, c, 'AMPLITUDE: it follows the load factor')
+      call new_entry(deck, c, boundary, writer, history, entry)
       if (deck%cards(c)%has('TYPE')) call writer%miss(deck, c, 'TYPE = '//deck%cards(c)%value('TYPE'))
-      if (lower_case(deck%cards(c)%value('OP')) == 'new') call writer%miss(deck, c, 'OP = NEW: supports stay in all steps')
       call deck%start(c, line)
       do while (deck%next(line))
          set = writer%node_set(line%field(1)%text)
+         shift = writer%shift_of(line%field(1)%text)
          if (set == '' .or. line%fields < 2) then
             call writer%miss(deck, c, "'"//line%field(1)%text//"': it has no node of a shell, or nothing is held", line%line)
             cycle
          end if
          call line%whole(2, first, ok)
+         value = 0
          if (.not. ok) then
-            kind = type_of(line%field(2)%text)
-            if (kind == '') call writer%miss(deck, c, "'"//line%field(2)%text//"' is not known", line%line)
-            if (kind /= '') writer%supports = writer%supports//'&support node_set = '//quoted(set)//kind//' /'//lf
-            cycle
-         end if
-         last = first
-         if (line%fields > 2) call line%whole(3, last, fine)
-         if (line%fields > 2 .and. .not. fine) last = first
-         call line%number(4, value, ok)
-         if (first < 1 .or. last > size(components) .or. last < first .or. .not. ok) then
-            call writer%miss(deck, c, 'degrees of freedom 1 to 6 and a number are expected', line%line)
-            cycle
-         end if
-         group = '&support node_set = '//quoted(set)
-         if (abs(value) > 0) then
-            do k = int(first), int(last)
-               group = group//' '//components(k)//' = '//number_text(value)
-            end do
+            held = held_by(line%field(2)%text)
+            if (size(held) == 0) call writer%miss(deck, c, "'"//line%field(2)%text//"' is not known", line%line)
          else
-            group = group//' fixed ='
-            do k = int(first), int(last)
-               group = group//' '//quoted(components(k))
-            end do
+            last = first
+            if (line%fields > 2) call line%whole(3, last, fine)
+            if (line%fields > 2 .and. .not. fine) last = first
+            call line%number(4, value, ok)
+            if (shift > 0 .and. last <= size(components)) last = min(last, 3_i8)
+            if (first < 1 .or. last + shift > size(components) .or. last < first .or. .not. ok) then
+               call writer%miss(deck, c, 'degrees of freedom 1 to 6 and a number are expected', line%line)
+               cycle
+            end if
+            held = [(k + shift, k=int(first), int(last))]
          end if
-         writer%supports = writer%supports//group//' /'//lf
+         if (late(history)) call writer%miss(deck, c, 'a support that comes with a later step holds nodes where ' &
+                                                  //'they are then, and moves them from there', line%line)
+         do k = 1, size(held)
+            entry%key = components(held(k))
+            call enter(deck, c, line%line, writer, history, entry, 'node_set', set, value)
+         end do
       end do
+
+   contains
+
+      !> Whether nodes may have moved when a support comes that was not there.
+      logical function late(history)
+         type(history_t), intent(in) :: history
+         integer :: i
+         integer, allocatable :: members(:), known(:)
+         late = .false.
+         if (history%schedule%way /= clock .or. history%step < 2 .or. deck%cards(c)%has('FIXED')) return
+         members = writer%members_of('node_set', set)
+         do k = 1, size(held)
+            known = [integer ::]
+            do i = 1, history%count
+               if (history%entries(i)%alive .and. history%entries(i)%key == components(held(k))) known = &
+                  [known, history%entries(i)%members]
+            end do
+            do i = 1, size(members)
+               late = late .or. .not. any(known == members(i))
+            end do
+         end do
+      end function late
    end subroutine convert_boundary
 
    !> What Abaqus' named boundary conditions hold.
-   pure function type_of(name) result(text)
+   pure function held_by(name) result(list)
       character(len=*), intent(in) :: name
-      character(len=:), allocatable :: text
+      integer, allocatable :: list(:)
       select case (lower_case(name))
-      case ('encastre'); text = " type = 'clamped'"
-      case ('pinned'); text = " type = 'pinned'"
-      case ('xsymm'); text = " type = 'symmetry_x'"
-      case ('ysymm'); text = " type = 'symmetry_y'"
-      case ('zsymm'); text = " type = 'symmetry_z'"
-      case ('xasymm'); text = " fixed = 'uy' 'uz' 'rx'"
-      case ('yasymm'); text = " fixed = 'ux' 'uz' 'ry'"
-      case ('zasymm'); text = " fixed = 'ux' 'uy' 'rz'"
-      case default; text = ''
+      case ('encastre'); list = [1, 2, 3, 4, 5, 6]
+      case ('pinned'); list = [1, 2, 3]
+      case ('xsymm'); list = [1, 5, 6]
+      case ('ysymm'); list = [2, 4, 6]
+      case ('zsymm'); list = [3, 4, 5]
+      case ('xasymm'); list = [2, 3, 4]
+      case ('yasymm'); list = [1, 3, 5]
+      case ('zasymm'); list = [1, 2, 6]
+      case default; list = [integer ::]
       end select
-   end function type_of
+   end function held_by
 
    !> *CLOAD.
-   subroutine convert_nodal_load(deck, c, writer)
+   subroutine convert_nodal_load(deck, c, writer, history)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: c
       type(writer_t), intent(inout) :: writer
+      type(history_t), intent(inout) :: history
       type(data_t) :: line
+      type(entry_t) :: entry
       character(len=:), allocatable :: set
       integer(i8) :: component
-      real(wp) :: value, vector(3)
+      real(wp) :: value
       logical :: ok, fine
 
       if (deck%cards(c)%has('FOLLOWER')) call writer%miss(deck, c, 'FOLLOWER: the direction stays')
-      call note_amplitude(deck, c, writer)
+      call new_entry(deck, c, nodal, writer, history, entry)
+      entry%form = 2
+      entry%after = 'vector'
       call deck%start(c, line)
       do while (deck%next(line))
          set = writer%node_set(line%field(1)%text)
          call line%whole(2, component, ok)
+         component = component + writer%shift_of(line%field(1)%text)
          call line%number(3, value, fine)
          if (set == '' .or. .not. (ok .and. fine) .or. component < 1 .or. component > size(components)) then
             call writer%miss(deck, c, "'"//line%field(1)%text//"': a node or set of a shell, a degree of freedom 1 to 6 and a " &
                //'number are expected', line%line)
             cycle
          end if
-         vector = 0
-         vector(1 + mod(int(component) - 1, 3)) = value
-         writer%loads = writer%loads//'&load type = '//trim(merge("'force' ", "'moment'", component <= 3))//' node_set = ' &
-            //quoted(set)//' vector = '//vector_text(vector)//' /'//lf
+         entry%direction = 0
+         entry%direction(1 + mod(int(component) - 1, 3)) = 1
+         entry%key = 'force '//components(component)
+         entry%before = '&load type = '//trim(merge("'force' ", "'moment'", component <= 3))
+         call enter(deck, c, line%line, writer, history, entry, 'node_set', set, value)
       end do
    end subroutine convert_nodal_load
 
    !> *DLOAD, *DSLOAD. A pressure on elements is positive along their normal; on a surface it is positive against its outer side.
-   subroutine convert_distributed_load(deck, c, writer)
+   subroutine convert_distributed_load(deck, c, writer, history)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: c
       type(writer_t), intent(inout) :: writer
+      type(history_t), intent(inout) :: history
       type(data_t) :: line
+      type(entry_t) :: entry
       character(len=:), allocatable :: label, set, where_it_acts
-      real(wp) :: a(3), b(3), sense, value
+      real(wp) :: a(3), b(3), sense, thickness, value
       integer :: first, k
-      logical :: ok, fine
+      logical :: ok, fine, on_edges
 
-      call note_amplitude(deck, c, writer)
+      call new_entry(deck, c, merge(on_surface, distributed, deck%cards(c)%keyword == 'DSLOAD'), writer, history, entry)
       call deck%start(c, line)
       do while (deck%next(line))
          ! without a set it acts on all
          first = 1
          set = 'all'
          where_it_acts = line%field(1)%text
+         on_edges = deck%cards(c)%keyword == 'DSLOAD' .and. writer%edge_set(where_it_acts) /= ''
          if (where_it_acts /= '') set = writer%element_set(where_it_acts)
          if (set == '' .and. is_label(where_it_acts)) then
             set = 'all'
@@ -139,7 +173,8 @@ contains
          if (line%fields > first) label = lower_case(line%field(first + 1)%text)
          call line%number(first + 2, value, ok)
          sense = 1
-         if (deck%cards(c)%keyword == 'DSLOAD') sense = side_of(deck, where_it_acts)
+         if (deck%cards(c)%keyword == 'DSLOAD' .and. .not. on_edges) sense = side_of(deck, where_it_acts)
+         if (on_edges) set = writer%edge_set(where_it_acts)
          if (set == '' .or. .not. ok .or. .not. abs(sense) > 0) then
             call writer%miss(deck, c, "'"//where_it_acts//"': no elements of a shell, no one side of them, or no number", line%line)
             cycle
@@ -151,22 +186,97 @@ contains
             call line%number(first + 5 + k, b(k), ok)
             fine = fine .and. ok
          end do
+         entry%key = label
+         entry%before = "&load type = 'pressure'"
+         entry%after = 'pressure'
+         entry%more = ''
+         entry%form = 1
+         if (on_edges) label = 'edge '//label
+         if (any(label == ['p1', 'p2', 'p3', 'p4'])) label = 'side'
+         if (index(label, 'ednor') == 1) label = 'ednor'
          select case (label)
          case ('p')
-            writer%loads = writer%loads//"&load type = 'pressure' element_set = "//quoted(set)//' pressure = ' &
-               //number_text(sense*value)//' /'//lf
+            call enter(deck, c, line%line, writer, history, entry, 'element_set', set, sense*value)
+         case ('side', 'ednor', 'edge p', 'edge ednor')
+            ! pressure on the side of a plane element acts on its thickness; that of an edge is per length
+            thickness = 1
+            if (label == 'side' .or. label == 'edge p') thickness = side_thickness(deck, writer, set, on_edges)
+            if (.not. on_edges) set = side_name(where_it_acts, line%field(first + 1)%text)
+            if (find_edge_set(writer%mesh, set) == 0 .or. .not. thickness > 0) then
+               call writer%miss(deck, c, "'"//where_it_acts//"': pressure on a side is for plane elements of one thickness with " &
+                  //'*SOLID SECTION', line%line)
+               cycle
+            end if
+            entry%before = "&load type = 'follower_line'"
+            entry%after = 'in_plane'
+            call enter(deck, c, line%line, writer, history, entry, 'edge_set', set, -thickness*value)
          case ('grav')
-            if (fine .and. norm2(a) > 0) writer%loads = writer%loads//"&load type = 'gravity' element_set = "//quoted(set) &
-               //' vector = '//vector_text(value*a/norm2(a))//' /'//lf
+            if (.not. (fine .and. norm2(a) > 0)) then
+               call writer%miss(deck, c, 'a number and a direction are expected', line%line)
+               cycle
+            end if
+            entry%key = 'grav '//vector_text(a/norm2(a))
+            entry%before = "&load type = 'gravity'"
+            entry%after = 'vector'
+            entry%direction = a/norm2(a)
+            entry%form = 2
+            call enter(deck, c, line%line, writer, history, entry, 'element_set', set, value)
          case ('centrif')
-            if (fine .and. norm2(b) > 0 .and. value >= 0) writer%loads = writer%loads &
-               //"&load type = 'centrifugal' element_set = "//quoted(set)//' angular_velocity = '//number_text(sqrt(value)) &
-               //' origin = '//vector_text(a)//' axis = '//vector_text(b)//' /'//lf
+            if (.not. (fine .and. norm2(b) > 0 .and. value >= 0)) then
+               call writer%miss(deck, c, 'a number, a point and a direction of an axis are expected', line%line)
+               cycle
+            end if
+            entry%key = 'centrif '//vector_text(a)//vector_text(b)
+            entry%before = "&load type = 'centrifugal'"
+            entry%after = 'angular_velocity'
+            entry%more = ' origin = '//vector_text(a)//' axis = '//vector_text(b)
+            entry%form = 3
+            call enter(deck, c, line%line, writer, history, entry, 'element_set', set, value)
          case default
             call writer%miss(deck, c, "load '"//label//"'", line%line)
          end select
       end do
    end subroutine convert_distributed_load
+
+   !> What all lines of a card have in common: its table, and OP.
+   subroutine new_entry(deck, c, kind, writer, history, entry)
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: c, kind
+      type(writer_t), intent(inout) :: writer
+      type(history_t), intent(inout) :: history
+      type(entry_t), intent(out) :: entry
+      character(len=:), allocatable :: refusal
+      entry%kind = kind
+      entry%before = ''
+      entry%after = ''
+      entry%more = ''
+      if (lower_case(deck%cards(c)%value('OP')) == 'new') call history%clear(kind)
+      if (.not. deck%cards(c)%has('AMPLITUDE')) return
+      call read_table(deck, deck%cards(c)%value('AMPLITUDE'), entry%table, refusal)
+      if (refusal /= '') call writer%miss(deck, c, 'AMPLITUDE: '//refusal//'; it ramps over the step')
+   end subroutine new_entry
+
+   !> Enter a number for a set.
+   subroutine enter(deck, c, line, writer, history, entry, set_key, set, value)
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: c, line
+      type(writer_t), intent(inout) :: writer
+      type(history_t), intent(inout) :: history
+      type(entry_t), intent(inout) :: entry
+      character(len=*), intent(in) :: set_key, set
+      real(wp), intent(in) :: value
+      logical :: split
+      entry%set_key = set_key
+      entry%set = set
+      entry%members = writer%members_of(set_key, set)
+      entry%magnitude = value
+      call history%put(entry, split)
+      if (entry%kind /= boundary .or. history%step == 0 .or. history%schedule%way /= clock .or. .not. abs(value) > 0) return
+      if (history%schedule%steps(history%step)%kind == riks) call writer%miss(deck, c, 'a support that moves in a step of ' &
+         //'RIKS: it stays', line)
+      if (history%schedule%steps(history%step)%at_once .and. .not. allocated(entry%table%times)) call writer%miss(deck, c, &
+         'a support that jumps: it moves evenly through the step', line)
+   end subroutine enter
 
    pure logical function is_label(word)
       character(len=*), intent(in) :: word
@@ -201,12 +311,4 @@ contains
          end do
       end do
    end function side_of
-
-   subroutine note_amplitude(deck, c, writer)
-      type(deck_t), intent(in) :: deck
-      integer, intent(in) :: c
-      type(writer_t), intent(inout) :: writer
-      if (deck%cards(c)%has('AMPLITUDE')) call writer%miss(deck, c, 'AMPLITUDE: it follows the load factor')
-      if (lower_case(deck%cards(c)%value('OP')) == 'new') call writer%miss(deck, c, 'OP = NEW: loads stay in all steps')
-   end subroutine note_amplitude
 end module finshell_deck_load

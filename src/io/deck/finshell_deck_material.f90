@@ -181,7 +181,7 @@ contains
          if (shell) call writer%miss(deck, c, 'it has no thickness; 1.0 is taken')
       end if
       group = '&section element_set = '//quoted(set)//' material ='//materials//' thickness ='//thicknesses
-      if (.not. shell) group = group//" type = 'membrane'"
+      if (deck%cards(c)%keyword == 'MEMBRANE SECTION') group = group//" type = 'membrane'"
       if (deck%cards(c)%has('ORIENTATION')) call orientation(deck, c, writer, group, angles)
       if (angles /= '') group = group//' angle ='//angles
       offset = 0

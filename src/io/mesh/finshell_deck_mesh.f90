@@ -4,7 +4,8 @@ module finshell_deck_mesh
    use finshell_deck, only: data_t, deck_t, read_deck
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: i8, wp
-   use finshell_deck_sets, only: add_tag, deck_sets_t, enter_sets, find_set, read_set, read_surface
+   use finshell_deck_sets, only: add_tag, deck_sets_t, enter_sets, find_set, is_plane_type, read_set, &
+                                 read_side_loads, read_surface
    use finshell_mesh, only: mesh_t
    use finshell_mesh_sorting, only: sorted_order
    use finshell_raw_mesh, only: raw_mesh_t
@@ -42,6 +43,7 @@ contains
       integer :: bad_dimension, bad_element, c
 
       allocate (content%sets%sets(0), content%sets%sides(0), content%sets%element_tags(256), content%sets%element_nodes(9, 256))
+      allocate (content%sets%plane(256), source=.false.)
       allocate (content%raw%node_tags(1024), content%raw%coordinates(3, 1024))
       do c = 1, size(deck%cards)
          select case (deck%cards(c)%keyword)
@@ -50,6 +52,7 @@ contains
          case ('NSET'); call read_set(deck, c, 'NSET', content%sets, error)
          case ('ELSET'); call read_set(deck, c, 'ELSET', content%sets, error)
          case ('SURFACE'); call read_surface(deck, c, content%sets, error)
+         case ('DLOAD'); call read_side_loads(deck, c, content%sets)
          case ('INSTANCE'); call read_instance(deck, c, content, error)
          end select
          if (allocated(error)) return
@@ -163,15 +166,16 @@ contains
             return
          end if
          call content%raw%add(2, numbers(2:nodes + 1), numbers(1), at)
-         call keep_nodes(content%sets, numbers(1), numbers(2:nodes + 1))
+         call keep_nodes(content%sets, numbers(1), numbers(2:nodes + 1), is_plane_type(deck%cards(c)%value('TYPE')))
          if (set > 0) call add_tag(content%sets%sets(set), numbers(1))
       end do
    end subroutine read_elements
 
    !> Remember the nodes of an element, for surfaces of edges.
-   subroutine keep_nodes(sets, tag, nodes)
+   subroutine keep_nodes(sets, tag, nodes, plane)
       type(deck_sets_t), intent(inout) :: sets
       integer(i8), intent(in) :: tag, nodes(:)
+      logical, intent(in) :: plane
       integer(i8), allocatable :: tags(:), grown(:, :)
       integer :: n
       n = sets%elements
@@ -179,11 +183,13 @@ contains
          allocate (tags(2*n), grown(9, 2*n))
          tags(:n) = sets%element_tags
          grown(:, :n) = sets%element_nodes
+         sets%plane = [sets%plane, sets%plane]
          call move_alloc(tags, sets%element_tags)
          call move_alloc(grown, sets%element_nodes)
       end if
       sets%elements = n + 1
       sets%element_tags(n + 1) = tag
+      sets%plane(n + 1) = plane
       sets%element_nodes(:, n + 1) = 0
       sets%element_nodes(:size(nodes), n + 1) = nodes
    end subroutine keep_nodes
@@ -195,10 +201,11 @@ contains
       name = lower_case(type_name)
       select case (name)
       case ('s3', 's3r', 's3rs', 'stri3', 'm3d3', 'cps3', 'cpe3', 'ds3', 'sfm3d3', 'r3d3'); nodes_of = 3
-      case ('s4', 's4r', 's4rs', 's4rsw', 's4r5', 'm3d4', 'm3d4r', 'cps4', 'cps4r', 'cps4i', 'ds4', 'sfm3d4', 'sfm3d4r', 'r3d4')
+      case ('s4', 's4r', 's4rs', 's4rsw', 's4r5', 'm3d4', 'm3d4r', 'cps4', 'cps4r', 'cps4i', 'cpe4', 'cpe4r', &
+            'ds4', 'sfm3d4', 'sfm3d4r', 'r3d4')
          nodes_of = 4
-      case ('s6', 'stri65', 'm3d6', 'cps6', 'cps6m', 'ds6', 'sfm3d6'); nodes_of = 6
-      case ('s8', 's8r', 's8r5', 'm3d8', 'm3d8r', 'cps8', 'cps8r', 'ds8', 'sfm3d8', 'sfm3d8r'); nodes_of = 8
+      case ('s6', 'stri65', 'm3d6', 'cps6', 'cps6m', 'cpe6', 'ds6', 'sfm3d6'); nodes_of = 6
+      case ('s8', 's8r', 's8r5', 'm3d8', 'm3d8r', 'cps8', 'cps8r', 'cpe8', 'cpe8r', 'ds8', 'sfm3d8', 'sfm3d8r'); nodes_of = 8
       case ('s9r5', 'm3d9', 'm3d9r'); nodes_of = 9
       case default; nodes_of = 0
       end select

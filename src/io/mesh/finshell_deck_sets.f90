@@ -11,7 +11,7 @@ module finshell_deck_sets
    use finshell_text, only: lower_case
    implicit none
    private
-   public :: deck_sets_t, read_set, read_surface, find_set, add_tag, enter_sets
+   public :: deck_sets_t, read_set, read_surface, read_side_loads, side_name, is_plane_type, find_set, add_tag, enter_sets
 
    !> A set of nodes or elements: numbers of the deck.
    type :: set_t
@@ -26,6 +26,7 @@ module finshell_deck_sets
       type(set_t), allocatable :: sides(:) !< surfaces of element edges; tags: four times an element's, and its side from 0 on
       integer :: elements = 0
       integer(i8), allocatable :: element_tags(:), element_nodes(:, :) !< (9, :) of surface elements as in the deck; 0: none
+      logical, allocatable :: plane(:) !< whether the element is a plane one
    end type deck_sets_t
 
    integer(i8), parameter :: sides = 4 !< that an element may have
@@ -107,11 +108,18 @@ contains
          if (line%fields > 1) face = lower_case(line%field(2)%text)
          side = 0
          if (len(face) == 2 .and. .not. nodes) then
-            if (face(1:1) == 'e') side = index('1234', face(2:2))
+            if (face(1:1) == 'e' .or. face(1:1) == 's') side = index('1234', face(2:2))
          end if
          call line%whole(1, tag, ok)
          other = 0
          if (.not. ok) other = position_of(content, without_instance(line%field(1)%text), nodes)
+         if (side > 0) then
+            ! S1 is a side of a plane element, but a face of a shell
+            if (face(1:1) == 's') then
+               if (other > 0) tag = first_tag(content%sets(other))
+               if (.not. of_plane(content, tag)) side = 0
+            end if
+         end if
          if (.not. ok .and. other == 0) then
             call deck%complain(c, no_set(line%field(1)%text), error, line%line)
             return
@@ -131,6 +139,68 @@ contains
          end if
       end do
    end subroutine read_surface
+
+   !> Surfaces of the sides that *DLOAD names by P1 to P4 or EDNOR1 to EDNOR4, under the name `side_name`.
+   subroutine read_side_loads(deck, c, content)
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: c
+      type(deck_sets_t), intent(inout) :: content
+      type(data_t) :: line
+      character(len=:), allocatable :: label, name
+      integer(i8) :: tag
+      integer :: i, other, set, side
+      logical :: ok
+      call deck%start(c, line)
+      do while (deck%next(line))
+         if (line%fields < 2) cycle
+         label = lower_case(line%field(2)%text)
+         side = 0
+         if (len(label) > 1) side = index('1234', label(len(label):))
+         if (side == 0) cycle
+         if (label(:len(label) - 1) /= 'p' .and. label(:len(label) - 1) /= 'ednor') cycle
+         name = side_name(line%field(1)%text, label)
+         if (any([(content%sides(i)%name == name, i=1, size(content%sides))])) cycle
+         call line%whole(1, tag, ok)
+         other = 0
+         if (.not. ok) other = position_of(content, without_instance(line%field(1)%text), .false.)
+         if (.not. ok .and. other == 0) cycle
+         call find_surface(content, name, set)
+         if (ok) call add_tag(content%sides(set), sides*tag + side - 1)
+         if (.not. ok) then
+            do i = 1, content%sets(other)%count
+               call add_tag(content%sides(set), sides*content%sets(other)%tags(i) + side - 1)
+            end do
+         end if
+      end do
+   end subroutine read_side_loads
+
+   !> The name of the edge set of a side, by the words of a line of *DLOAD.
+   pure function side_name(set, label) result(name)
+      character(len=*), intent(in) :: set, label
+      character(len=:), allocatable :: name
+      name = lower_case(set)//'_side_'//label(max(1, len(label)):)
+   end function side_name
+
+   !> Whether a type of elements is plane.
+   pure logical function is_plane_type(name)
+      character(len=*), intent(in) :: name
+      is_plane_type = index(lower_case(name), 'cps') == 1 .or. index(lower_case(name), 'cpe') == 1
+   end function is_plane_type
+
+   pure logical function of_plane(content, tag)
+      type(deck_sets_t), intent(in) :: content
+      integer(i8), intent(in) :: tag
+      integer :: i
+      i = findloc(content%element_tags(:content%elements), tag, dim=1)
+      of_plane = .false.
+      if (i > 0) of_plane = content%plane(i)
+   end function of_plane
+
+   pure integer(i8) function first_tag(set)
+      type(set_t), intent(in) :: set
+      first_tag = 0
+      if (set%count > 0) first_tag = set%tags(1)
+   end function first_tag
 
    pure function no_set(found) result(text)
       character(len=*), intent(in) :: found
