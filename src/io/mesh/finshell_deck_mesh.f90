@@ -134,6 +134,7 @@ contains
       set = 0
       if (deck%cards(c)%has('ELSET')) call find_set(content%sets, deck%cards(c)%value('ELSET'), .false., set)
       nodes = nodes_of(deck%cards(c)%value('TYPE'))
+      if (index(lower_case(deck%cards(c)%value('TYPE')), 'cp') == 1) content%sets%plane = .true.
       call deck%start(c, line)
       do while (deck%next(line))
          n = 0

@@ -24,6 +24,7 @@ module finshell_deck_sets
    type :: deck_sets_t
       type(set_t), allocatable :: sets(:)
       type(set_t), allocatable :: sides(:) !< surfaces of element edges; tags: four times an element's, and its side from 0 on
+      logical :: plane = .false. !< there are elements of plane stress or strain
       integer :: elements = 0
       integer(i8), allocatable :: element_tags(:), element_nodes(:, :) !< (9, :) of surface elements as in the deck; 0: none
    end type deck_sets_t
@@ -108,6 +109,7 @@ contains
          side = 0
          if (len(face) == 2 .and. .not. nodes) then
             if (face(1:1) == 'e') side = index('1234', face(2:2))
+            if (face(1:1) == 's' .and. .not. content%plane) side = index('3456', face(2:2)) ! edges of shells in CalculiX
          end if
          call line%whole(1, tag, ok)
          other = 0
