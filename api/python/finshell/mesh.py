@@ -94,7 +94,7 @@ def write_msh(path: Path, mesh) -> str:
         print("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames", len(names), sep="\n", file=file)
         for (dimension, name), tag in names.items():
             print(f'{dimension} {tag} "{name}"', file=file)
-        print("$EndPhysicalNames\n$Entities", *(len(entities[d]) for d in range(3)), 0, file=file, sep=" ")
+        print("$EndPhysicalNames\n$Entities", " ".join(str(len(entities[d])) for d in range(3)) + " 0", sep="\n", file=file)
         for d in range(3):
             for tag, groups in entities[d]:
                 print(tag, box if d else "0 0 0", len(groups), *groups, *([0] if d else []), file=file)

@@ -6,7 +6,7 @@ module finshell_inp_writer
    use finshell_kinds, only: dp
    use finshell_mesh, only: mesh_t
    use finshell_status, only: status_io_error
-   use finshell_written_file, only: exact, signature, written_file_t
+   use finshell_written_file, only: signature, written_file_t
    implicit none
    private
    public :: write_inp
@@ -52,7 +52,7 @@ contains
       function coordinate(k) result(text)
          integer, intent(in) :: k
          character(len=:), allocatable :: text
-         text = trim(exact(real(mesh%coordinates(k, i), dp)))
+         text = short(real(mesh%coordinates(k, i), dp))
       end function coordinate
 
       subroutine put_set(keyword, set, members)
@@ -85,6 +85,29 @@ contains
          end do
       end subroutine put_surfaces
    end subroutine write_inp
+
+   !> A number in at most 20 characters, which is what CalculiX reads: all digits from 0.01 on, 14 or 15 of smaller ones.
+   pure function short(x) result(text)
+      real(dp), intent(in) :: x
+      character(len=:), allocatable :: text
+      character(len=32) :: buffer, form
+      integer :: decade
+      if (abs(x) >= 0.01_dp .and. abs(x) < 1.0e15_dp) then
+         decade = floor(log10(abs(x)))
+         write (form, '(a,i0,a)') '(f0.', 16 - decade, ')'
+         write (buffer, form) x
+         text = buffer(:verify(trim(buffer), '0', back=.true.))
+      else if (abs(x) < tiny(x)) then
+         text = '0.'
+      else if (abs(x) < 1.0e-99_dp .or. abs(x) > 1.0e99_dp) then
+         write (buffer, '(es20.12e3)') x
+         text = trim(adjustl(buffer))
+      else
+         if (x > 0) write (buffer, '(es20.14e2)') x
+         if (x < 0) write (buffer, '(es20.13e2)') x
+         text = trim(adjustl(buffer))
+      end if
+   end function short
 
    !> Names end at a comma or quote; CalculiX drops blanks and takes 80 characters.
    subroutine check_names(file_name, mesh, error)
