@@ -164,7 +164,9 @@ class MeshFiles(unittest.TestCase):
                               ("rubbish", "a.stl:1: found 'rubbish' where solid is expected")):
             with self.subTest(message):
                 self.assertIn(message, self.solve("a.stl", text, code=2))
-        self.assertIn("finshell-mesh a.vtu a.msh", self.solve("a.vtu", "", code=2))
+        said = self.solve("a.vtu", "", code=2)
+        self.assertIn("files of this kind are not read; make a Gmsh file of it: finshell-mesh", said)
+        self.assertIn("finshell-mesh a.vtu a.msh", said)
 
     def test_orientation(self):
         turned = [t if i % 3 else t[::-1] for i, t in enumerate(triangles())]

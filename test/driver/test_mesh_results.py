@@ -299,9 +299,11 @@ U
         for ending in ("vtu", "inp"):
             self.run_it("mesh", f"--format={ending}", "g.nml")  # ours is replaced
             (self.folder / f"g.{ending}").write_text("of somebody\n" * 5)
-            self.assertIn(f"g.{ending}: the file is there already", self.run_it("mesh", f"--format={ending}", "g.nml", code=2))
+            said = self.run_it("mesh", f"--format={ending}", "g.nml", code=2)
+            self.assertIn(f"g.{ending}: ", said)
+            self.assertIn("the file is there already, and finshell has not written it; take another name", said)
         (self.folder / "g.nml").write_text((self.folder / "g.nml").read_text().replace("'some'", "'so, me'"))
-        self.assertIn("the set 'so, me' cannot be written", self.run_it("mesh", "--format=inp", "g.nml", code=2))
+        self.assertIn("the set 'so, me' cannot be written: names in a deck have 1 to 80 characters", self.run_it("mesh", "--format=inp", "g.nml", code=2))
         (self.folder / "g.vtu").unlink()
         (self.folder / "g.nml").write_text((self.folder / "g.nml").read_text().replace("'so, me'", "'a<b & \"c'"))
         self.run_it("mesh", "--format=vtu", "g.nml")

@@ -57,7 +57,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer :: status
       if (self%failed) then
-         close (self%unit, iostat=status)
+         close (self%unit)
       else
          close (self%unit, iostat=status, iomsg=self%reason)
          self%failed = status /= 0
