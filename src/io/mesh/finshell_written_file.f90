@@ -15,7 +15,7 @@ module finshell_written_file
    type :: written_file_t
       character(len=:), allocatable :: name
       integer, private :: unit = -1
-      logical, private :: failed = .false.
+      logical, private :: opened = .false., failed = .false.
       character(len=256), private :: reason = ''
    contains
       procedure :: create
@@ -38,7 +38,8 @@ contains
          return
       end if
       open (newunit=self%unit, file=name, status='replace', action='write', iostat=status, iomsg=self%reason)
-      self%failed = status /= 0
+      self%opened = status == 0
+      self%failed = .not. self%opened
    end subroutine create
 
    !> A line.
@@ -56,9 +57,9 @@ contains
       class(written_file_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
       integer :: status
-      if (self%failed) then
+      if (self%opened .and. self%failed) then
          close (self%unit)
-      else
+      else if (self%opened) then
          close (self%unit, iostat=status, iomsg=self%reason)
          self%failed = status /= 0
       end if
