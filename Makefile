@@ -34,7 +34,7 @@ build: ## Build everything: build/bin, build/lib
 	@tools/install_dependencies build
 	@$(MAKE) --no-print-directory configure compile
 
-tools: ## Install finshell-plot, finshell-fit and Gmsh into build/venv
+tools: ## Install finshell-plot, finshell-fit, finshell-mesh and Gmsh into build/venv
 	@tools/install_dependencies tools
 	@$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable api/python
 

@@ -34,7 +34,8 @@ module finshell_commands
       command_t('check', 'INPUT.nml', 'nml', &
                 'read the input, build the model, report mesh, loads, memory and time; solve nothing'), &
       command_t('study', 'INPUT.nml', 'nml', 'solve on coarser and finer meshes: errors, costs, and which to take'), &
-      command_t('mesh', 'INPUT.nml', 'nml', 'size, quality and sets of the mesh, and NAME.msh for Gmsh'), &
+      command_t('mesh', 'INPUT.nml', 'nml', &
+                'size, quality and sets of the mesh, and the mesh as NAME.msh for Gmsh, or as --format says'), &
       command_t('convert', 'DECK.inp', 'inp', &
                 'a deck of Abaqus or CalculiX as DECK.nml; says what it does not take'), &
       command_t('restart', 'RESULTS [INPUT.nml]', 'results', &
@@ -53,6 +54,8 @@ module finshell_commands
                'another value in the input; several for run, separated by commas, are a run each'), &
       option_t('--jobs', '-j', 'N', ' run ', 'runs side by side (default: as many as there are processors)'), &
       option_t('--refine', '', 'N', ' run check mesh ', 'each triangle into four, N times (doc/namelist.md)'), &
+      option_t('--format', '', 'msh,vtu,inp', ' mesh ', &
+               'write the mesh for Gmsh (msh, default), ParaView (vtu), CalculiX (inp); several with commas'), &
       option_t('--factor', '', '', ' check ', &
                'order the equations too, and say how large the factor of the matrix is'), &
       option_t('--from', '', 'N', ' restart ', &

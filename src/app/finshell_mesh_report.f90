@@ -1,35 +1,48 @@
-!> The command mesh: what the mesh of an input is like, and the mesh as a Gmsh file.
+!> The command mesh: what the mesh of an input is like, and the mesh as files for others.
 module finshell_mesh_report
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_error, only: error_t, text_of
    use finshell_gmsh_writer, only: write_gmsh
+   use finshell_inp_writer, only: write_inp
    use finshell_input, only: input_t, read_input
    use finshell_kinds, only: dp
    use finshell_mesh, only: edge_set_names, element_text, find_edge_set, mesh_area, mesh_t
    use finshell_mesh_quality, only: mesh_quality, quality_t
    use finshell_options, only: exit_input, exit_ok, options_t
+   use finshell_vtu_writer, only: write_vtu
    implicit none
    private
    public :: report_mesh, print_mesh
 
 contains
 
-   !> Print size, quality and sets; write NAME.msh to the folder of results. Code 2: the input is wrong, or the file cannot be
-   !> written.
+   !> Print size, quality and sets; write NAME.msh or other files to the folder of results. Code 2: the input is wrong, or a file
+   !> cannot be written.
    subroutine report_mesh(options, code)
       type(options_t), intent(in) :: options
       integer, intent(out) :: code
       type(input_t) :: input
       type(error_t), allocatable :: error
-      character(len=:), allocatable :: file
+      character(len=:), allocatable :: ending, file, written
+      integer :: i
 
       code = exit_input
       call read_input(options%input, input, error, options%refine, settings=options%settings)
-      file = ''
-      if (.not. allocated(error)) then
-         file = options%folder//input%name//'.msh'
-         call write_gmsh(file, input%structure%mesh, error)
-      end if
+      written = ''
+      do i = 1, len(options%formats), 4 ! three letters and a comma
+         if (allocated(error)) exit
+         ending = options%formats(i:i + 2)
+         file = options%folder//input%name//'.'//ending
+         associate (mesh => input%structure%mesh)
+            select case (ending)
+            case ('msh'); call write_gmsh(file, mesh, error)
+            case ('vtu'); call write_vtu(file, mesh, error)
+            case ('inp'); call write_inp(file, mesh, error)
+            end select
+         end associate
+         if (i > 1) written = written//', '
+         written = written//file
+      end do
       if (allocated(error)) then
          write (error_unit, '(a)') 'finshell: '//error%message
          return
@@ -37,7 +50,7 @@ contains
       code = exit_ok
       if (options%quiet) return
       call print_mesh(input%structure%mesh)
-      write (output_unit, '(a)') 'Written: '//file
+      write (output_unit, '(a)') 'Written: '//written
    end subroutine report_mesh
 
    !> Size, quality and sets of a mesh.

@@ -24,6 +24,7 @@ module finshell_options
       logical :: quiet = .false.
       logical :: verbose = .false. !< run, restart: a log of iterations
       logical :: factor = .false. !< with check: order the equations
+      character(len=:), allocatable :: formats !< mesh: of the files, between commas
       integer :: refine = 0 !< levels of refinement beyond what the input says
       type(setting_t), allocatable :: settings(:) !< other values in the input
       integer :: jobs = 0 !< runs side by side; 0: as many as there are processors
@@ -49,6 +50,7 @@ contains
 
       options%command = ''
       options%folder = ''
+      options%formats = 'msh'
       allocate (options%words(0), options%settings(0))
       allocate (given(size(of_table)), source=.false.)
       i = 0
@@ -135,6 +137,7 @@ contains
       case ('--set')
          call new_setting(setting, value, complaint)
          options%settings = [options%settings, setting]
+      case ('--format'); call take_formats(word, value, options%formats, complaint)
       case ('--refine'); call take_integer(word, value, -most_levels, options%refine, complaint)
       case ('--jobs'); call take_integer(word, value, 1, options%jobs, complaint, most_jobs)
       case ('--from'); call take_integer(word, value, 0, options%from, complaint, huge(0))
@@ -199,6 +202,22 @@ contains
       text = ''
       if (name /= '' .and. len(word) > 2) text = ", did you mean '"//name//"'?"
    end function meant
+
+   !> Words of three letters between commas, each one that finshell mesh knows.
+   subroutine take_formats(option, value, formats, complaint)
+      character(len=*), intent(in) :: option, value
+      character(len=:), allocatable, intent(inout) :: formats, complaint
+      character(len=len(value) + 1) :: words
+      integer :: i
+      logical :: ok
+      formats = value
+      words = value//','
+      ok = value /= '' .and. mod(len(words), 4) == 0
+      do i = 1, merge(len(words), 0, ok), 4
+         ok = ok .and. any(words(i:i + 3) == ['msh,', 'vtu,', 'inp,'])
+      end do
+      if (.not. ok) complaint = option//" needs msh, vtu or inp, or several of them with commas between, found '"//value//"'"
+   end subroutine take_formats
 
    subroutine take_integer(option, word, least, value, complaint, most)
       character(len=*), intent(in) :: option, word

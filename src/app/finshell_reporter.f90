@@ -135,7 +135,7 @@ contains
       call check_replaceable(self%base_name//'.history.csv', error)
       if (.not. allocated(error)) call check_replaceable(self%base_name//'.restart', error)
       do i = 1, size(self%parts)
-         call self%parts(i)%check(error)
+         call self%parts(i)%check(self%problem%structure%mesh, error)
       end do
       do i = 1, size(self%probes)
          if (.not. allocated(error)) call check_replaceable(self%base_name//'.'//self%probes(i)%probe%name//'.csv', error)

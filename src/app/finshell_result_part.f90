@@ -1,12 +1,13 @@
 !> A result file of a run: the whole mesh, or a part of it with nodes and elements of its own numbers, and which increments it has.
 module finshell_result_part
-   use finshell_disk, only: check_replaceable, remove_in_system
+   use finshell_disk, only: check_replaceable, full_name, remove_in_system
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_error, only: error_t
+   use finshell_error, only: error_t, raise
    use finshell_field, only: field_t, increment_t, name_t
    use finshell_gaps, only: count_gaps, gap_t
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t, elements_at, find_element_set, find_node_set
+   use finshell_mesh_part, only: part_of_mesh
    use finshell_monitor, only: output_t
    use finshell_monitoring, only: cell_entries, cell_fields, point_fields
    use finshell_observer, only: record_t
@@ -14,6 +15,7 @@ module finshell_result_part
    use finshell_report_rules, only: has_fields, passes
    use finshell_results, only: results_file_t
    use finshell_state, only: linear_change_t, state_t
+   use finshell_status, only: status_input_error
    use finshell_step, only: is_in_time, leaves_state
    use finshell_storage, only: storage_t
    use finshell_version, only: version
@@ -37,7 +39,6 @@ module finshell_result_part
       procedure :: go_on
       procedure :: append
       procedure :: remove
-      procedure, private :: numbered
    end type result_part_t
 
 contains
@@ -95,11 +96,17 @@ contains
       end associate
    end subroutine find_due
 
-   !> Can the files take the place of older ones?
-   subroutine check(self, error)
+   !> Can the files take the place of older ones? That of the mesh stays.
+   subroutine check(self, mesh, error)
       class(result_part_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
       type(error_t), allocatable, intent(inout) :: error
       if (.not. (self%output%fields .or. allocated(error))) return
+      if (allocated(mesh%results)) then
+         if (full_name(mesh%results) == full_name(self%name//'.vtkhdf')) call raise(error, status_input_error, self%name &
+            //'.vtkhdf: the results would replace the file that the mesh is read from; take another name (name in &job) or ' &
+            //'folder (-o)')
+      end if
       if (.not. allocated(error)) call check_replaceable(self%name//'.vtkhdf', error)
       if (.not. allocated(error)) call check_replaceable(self%name//'.xdmf', error)
    end subroutine check
@@ -114,11 +121,13 @@ contains
       real(wp), intent(in) :: duration !< of all steps in time
       type(error_t), allocatable, intent(out) :: error
       type(field_t), allocatable :: points(:), cells(:)
+      type(mesh_t) :: part
       call fields_of(self, problem, problem%state, recovery, points, cells)
       associate (mesh => problem%structure%mesh, o => self%output)
-         call self%file%create(self%name//'~.vtkhdf', version, input_text, self%numbered(mesh%coordinates), &
-                               triangles_of(self, mesh), points, cells, columns, error, published_as=self%name//'.vtkhdf', &
-                               storage=storage_t(o%compress, o%single, duration))
+         part = mesh_of(self, mesh)
+         call self%file%create(self%name//'~.vtkhdf', version, input_text, part%coordinates, part%triangles, points, cells, &
+                               columns, error, published_as=self%name//'.vtkhdf', &
+                               storage=storage_t(o%compress, o%single, duration), sets=part)
       end associate
    end subroutine create
 
@@ -134,13 +143,15 @@ contains
       logical, intent(out) :: exists
       type(error_t), allocatable, intent(out) :: error
       type(field_t), allocatable :: points(:), cells(:)
+      type(mesh_t) :: part
       inquire (file=self%name//'.vtkhdf', exist=exists)
       if (.not. exists) return
       call fields_of(self, problem, problem%state, recovery, points, cells)
       associate (mesh => problem%structure%mesh, o => self%output)
-         call self%file%open_for_restart(self%name//'.vtkhdf', self%name//'~.vtkhdf', version, input_text, &
-                                         self%numbered(mesh%coordinates), triangles_of(self, mesh), points, cells, columns, last, &
-                                         error, storage_t(o%compress, o%single, duration))
+         part = mesh_of(self, mesh)
+         call self%file%open_for_restart(self%name//'.vtkhdf', self%name//'~.vtkhdf', version, input_text, part%coordinates, &
+                                         part%triangles, points, cells, columns, last, error, &
+                                         storage_t(o%compress, o%single, duration), part)
       end associate
       self%last_written = last
    end subroutine go_on
@@ -190,36 +201,15 @@ contains
       cells = [cells, field_t('element_number', 1, reshape(real(self%elements, wp), [1, size(self%elements)]))]
    end subroutine fields_of
 
-   !> Of values at all nodes those of the part.
-   function numbered(self, values) result(own)
-      class(result_part_t), intent(in) :: self
-      real(wp), intent(in) :: values(:, :)
-      real(wp), allocatable :: own(:, :)
-      if (allocated(self%nodes)) then
-         own = values(:, self%nodes)
-      else
-         own = values
-      end if
-   end function numbered
-
-   !> Triangles of the part in its own numbers.
-   function triangles_of(self, mesh) result(triangles)
+   !> The part as a mesh.
+   function mesh_of(self, mesh) result(part)
       class(result_part_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
-      integer, allocatable :: triangles(:, :)
-      integer, allocatable :: number(:)
-      integer :: e, k
-      if (.not. allocated(self%nodes)) then
-         triangles = mesh%triangles
-         return
+      type(mesh_t) :: part
+      if (allocated(self%nodes)) then
+         call part_of_mesh(mesh, self%nodes, self%elements, part)
+      else
+         part = mesh
       end if
-      allocate (number(size(mesh%coordinates, 2)), source=0)
-      number(self%nodes) = [(k, k=1, size(self%nodes))]
-      allocate (triangles(3, size(self%elements)))
-      do e = 1, size(self%elements)
-         do k = 1, 3
-            triangles(k, e) = number(mesh%triangles(k, self%elements(e)))
-         end do
-      end do
-   end function triangles_of
+   end function mesh_of
 end module finshell_result_part

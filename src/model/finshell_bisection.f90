@@ -110,6 +110,7 @@ contains
       if (allocated(normals)) fine%normal = reshape([self%mesh%normal, normals], [3, n + size(at)])
       fine%surface = self%mesh%surface
       fine%coincident_nodes_allowed = self%base%coincident_nodes_allowed
+      if (allocated(self%base%results)) fine%results = self%base%results
       if (allocated(self%base%empty_sets)) fine%empty_sets = self%base%empty_sets
       call inherit_sets(self%base, lineage, fine, self%points)
       fine%lineage = lineage

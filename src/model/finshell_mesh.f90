@@ -47,6 +47,7 @@ module finshell_mesh
       !> Names of sets that the file announces but leaves empty, each in ".
       character(len=:), allocatable :: empty_sets
       character(len=:), allocatable :: notes !< what was done to the contents of the file, for the user; '' or unallocated: nothing
+      character(len=:), allocatable :: results !< the result file that it is of, which no run may replace; unallocated: of none
       !> Of a mesh that was refined triangle by triangle.
       type(lineage_t), allocatable :: lineage
       !> Of any refined mesh: its node sets before. Forces at each of their nodes keep their sum.

@@ -67,6 +67,7 @@ contains
       call new_mesh(fine, x, triangles)
       if (allocated(mesh%normal)) fine%normal = normals_of(patches, mesh, grid, lineage, fine)
       fine%coincident_nodes_allowed = mesh%coincident_nodes_allowed
+      if (allocated(mesh%results)) fine%results = mesh%results
       if (allocated(mesh%empty_sets)) fine%empty_sets = mesh%empty_sets
       call inherit_sets(mesh, lineage, fine, points)
       fine%lineage = lineage

@@ -102,6 +102,14 @@ class MeshFiles(unittest.TestCase):
                 if name.endswith("inp"):
                     self.assertIn("1 elements that are no surfaces were left out", printed)
 
+    def test_sides_of_shells(self):
+        """S3 to S6 are sides of shells in CalculiX; of plane elements S3 is something else, and an element set as before."""
+        further = "*SURFACE, NAME=Side, TYPE=ELEMENT\n1, {}\n3, {}"
+        for kind, elements, face, words in (("S3", None, "S3", "Side: 2 edges"), ("S4", cells(), "S6", "Side: 2 edges"), ("S3", None, "SPOS", "Side: 2\n"),
+                                            ("CPS3", None, "S3", "Side: 2\n")):
+            with self.subTest(kind=kind, face=face):
+                self.assertIn(words, self.solve("s.inp", deck(kind, elements, further.format(face, face)), "Root", command="mesh"))
+
     def test_written_mesh(self):
         """What `finshell mesh` says and writes: the file is a mesh of the same sets, and gives the same answer."""
         model = f"&job name = 'p' /\n&mesh generator = 'hole' lengths = 2, 1 radius = 0.3 divisions = 4, 4 /\n"
@@ -164,7 +172,9 @@ class MeshFiles(unittest.TestCase):
                               ("rubbish", "a.stl:1: found 'rubbish' where solid is expected")):
             with self.subTest(message):
                 self.assertIn(message, self.solve("a.stl", text, code=2))
-        self.assertIn("meshio convert", self.solve("a.vtu", "", code=2))
+        said = self.solve("a.vtu", "", code=2)
+        self.assertIn("files of this kind are not read; make a Gmsh file of it: finshell-mesh", said)
+        self.assertIn("finshell-mesh a.vtu a.msh", said)
 
     def test_orientation(self):
         turned = [t if i % 3 else t[::-1] for i, t in enumerate(triangles())]

@@ -14,7 +14,7 @@ module finshell_input_mesh
    use finshell_mesh_hole, only: hole_mesh
    use finshell_mesh_strip, only: strip_mesh
    use finshell_automatic_sets, only: add_automatic_sets
-   use finshell_mesh_file, only: read_mesh_file
+   use finshell_mesh_file, only: file_ending, read_mesh_file, shape_t
    use finshell_orientation, only: orient_triangles
    use finshell_back_ends, only: can_work_on_disk
    use finshell_memory, only: lack_of_memory
@@ -80,16 +80,27 @@ contains
       type(mesh_t), intent(out) :: mesh
       type(error_t), allocatable, intent(inout) :: error
       logical :: coincident
+      type(shape_t) :: shape
 
+      if (file_ending(file) == 'vtkhdf') then
+         if (has(group, 'increment')) call get(group, 'increment', shape%increment, error, minimum=0)
+         call get(group, 'deformed', shape%deformed, error, default=has(group, 'increment'))
+         if (has(group, 'increment') .and. .not. shape%deformed .and. .not. allocated(error)) &
+            call complain_about(group, 'increment', 'the undeformed shape belongs to no increment: deformed = .true. is &
+            &expected', error)
+      else if (has(group, 'increment') .or. has(group, 'deformed')) then
+         call complain_about(group, trim(merge('increment', 'deformed ', has(group, 'increment'))), 'only a result file of &
+            &finshell (.vtkhdf) has increments, found file = '''//file//'''', error)
+      end if
       call get(group, 'coincident_nodes', coincident, error, default=tied)
       call check_all_used(group, error)
       if (allocated(error)) return
       if (file == '') then
          call complain_about(group, 'file', 'the file name is empty', error)
       else if (file(1:1) == '/') then
-         call read_mesh_file(file, mesh, error)
+         call read_mesh_file(file, mesh, error, shape)
       else
-         call read_mesh_file(folder//file, mesh, error)
+         call read_mesh_file(folder//file, mesh, error, shape)
       end if
       call place_error(group, 'file', error)
       if (.not. allocated(error)) call check_memory(group, real(size(mesh%coordinates, 2), wp), error)

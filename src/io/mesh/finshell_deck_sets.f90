@@ -106,19 +106,15 @@ contains
       do while (deck%next(line))
          face = ''
          if (line%fields > 1) face = lower_case(line%field(2)%text)
-         side = 0
-         if (len(face) == 2 .and. .not. nodes) then
-            if (face(1:1) == 'e' .or. face(1:1) == 's') side = index('1234', face(2:2))
-         end if
          call line%whole(1, tag, ok)
          other = 0
          if (.not. ok) other = position_of(content, without_instance(line%field(1)%text), nodes)
-         if (side > 0) then
-            ! S1 is a side of a plane element, but a face of a shell
-            if (face(1:1) == 's') then
-               if (other > 0) tag = first_tag(content%sets(other))
-               if (.not. of_plane(content, tag)) side = 0
-            end if
+         side = 0
+         if (len(face) == 2 .and. .not. nodes) then
+            if (other > 0) tag = first_tag(content%sets(other))
+            if (face(1:1) == 'e') side = index('1234', face(2:2))
+            ! of a plane element S1 is a side; of a shell S1 and S2 are its faces, S3 a side
+            if (face(1:1) == 's') side = index(merge('1234', '3456', of_plane(content, tag)), face(2:2))
          end if
          if (.not. ok .and. other == 0) then
             call deck%complain(c, no_set(line%field(1)%text), error, line%line)

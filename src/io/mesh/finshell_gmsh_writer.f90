@@ -3,27 +3,14 @@
 !> A group of Gmsh belongs to whole entities: triangles of the same sets make a surface, edges of the same sets a curve. Node sets
 !> that are no edge sets become points.
 module finshell_gmsh_writer
-   use finshell_edges, only: edge_key
-   use finshell_error, only: error_t, raise, text_of
-   use finshell_kinds, only: dp, i8
-   use finshell_mesh, only: find_edge_set, mesh_t
-   use finshell_mesh_sorting, only: sorted_order
-   use finshell_status, only: status_io_error
+   use finshell_edges_of_sets, only: edges_of_sets, is_of_nodes
+   use finshell_error, only: error_t, text_of
+   use finshell_kinds, only: dp
+   use finshell_mesh, only: mesh_t
+   use finshell_written_file, only: exact, row, signature, written_file_t
    implicit none
    private
    public :: write_gmsh
-
-   !> The second line of our files. Others are not replaced: mostly they are the mesh that the input reads.
-   character(len=*), parameter :: signature = 'Written by finshell'
-
-   !> The file: after a write that has failed nothing more is written.
-   type :: file_t
-      integer :: unit = -1
-      logical :: failed = .false.
-      character(len=256) :: reason = ''
-   contains
-      procedure :: put
-   end type file_t
 
    !> Things of one dimension, sorted by the sets that they are in.
    type :: classes_t
@@ -40,66 +27,25 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(classes_t) :: class(0:2)
       integer, allocatable :: edges(:, :), points(:)
-      type(file_t) :: file
-      integer :: status
+      type(written_file_t) :: file
 
-      if (foreign(name)) then
-         call raise(error, status_io_error, name//': the file is there already, and finshell has not written it; take another ' &
-                    //'name (name in &job) or another folder (-o)')
-         return
-      end if
-      open (newunit=file%unit, file=name, status='replace', action='write', iostat=status, iomsg=file%reason)
-      file%failed = status /= 0
-      if (.not. file%failed) then
-         call classify_surfaces(mesh, class(2))
-         call classify_curves(mesh, edges, class(1))
-         call classify_points(mesh, points, class(0))
-         call file%put('$Comments')
-         call file%put(signature)
-         call file%put('$EndComments')
-         call file%put('$MeshFormat')
-         call file%put('4.1 0 8')
-         call file%put('$EndMeshFormat')
-         call write_names(file, mesh)
-         call write_entities(file, mesh, class)
-         call write_nodes(file, mesh)
-         call write_elements(file, mesh, class, edges, points)
-         if (file%failed) then
-            close (file%unit)
-         else
-            close (file%unit, iostat=status, iomsg=file%reason)
-            file%failed = status /= 0
-         end if
-      end if
-      if (file%failed) call raise(error, status_io_error, name//': '//trim(file%reason))
+      call file%create(name, error)
+      if (allocated(error)) return
+      call classify_surfaces(mesh, class(2))
+      call classify_curves(mesh, edges, class(1))
+      call classify_points(mesh, points, class(0))
+      call file%put('$Comments')
+      call file%put(signature)
+      call file%put('$EndComments')
+      call file%put('$MeshFormat')
+      call file%put('4.1 0 8')
+      call file%put('$EndMeshFormat')
+      call write_names(file, mesh)
+      call write_entities(file, mesh, class)
+      call write_nodes(file, mesh)
+      call write_elements(file, mesh, class, edges, points)
+      call file%finish(error)
    end subroutine write_gmsh
-
-   !> Is there a file of this name without our signature?
-   function foreign(name) result(yes)
-      character(len=*), intent(in) :: name
-      logical :: yes
-      character(len=len(signature)) :: line
-      integer :: unit, status
-      inquire (file=name, exist=yes)
-      if (.not. yes) return
-      line = ''
-      open (newunit=unit, file=name, status='old', action='read', iostat=status)
-      if (status /= 0) return
-      read (unit, '(a)', iostat=status) line
-      if (status == 0) read (unit, '(a)', iostat=status) line
-      yes = status /= 0 .or. line /= signature
-      close (unit)
-   end function foreign
-
-   !> A line.
-   subroutine put(self, text)
-      class(file_t), intent(inout) :: self
-      character(len=*), intent(in) :: text
-      integer :: status
-      if (self%failed) return
-      write (self%unit, '(a)', iostat=status, iomsg=self%reason) text
-      self%failed = status /= 0
-   end subroutine put
 
    subroutine classify_surfaces(mesh, class)
       type(mesh_t), intent(in) :: mesh
@@ -117,41 +63,9 @@ contains
       type(mesh_t), intent(in) :: mesh
       integer, allocatable, intent(out) :: edges(:, :)
       type(classes_t), intent(out) :: class
-      integer(i8), allocatable :: key(:)
-      integer, allocatable :: all_edges(:, :), order(:), owner(:)
       logical, allocatable :: of(:, :)
-      integer :: i, n, s
-      n = 0
-      do s = 1, size(mesh%edge_sets)
-         n = n + size(mesh%edge_sets(s)%edges, 2)
-      end do
-      allocate (all_edges(2, n), owner(n), key(n))
-      n = 0
-      do s = 1, size(mesh%edge_sets)
-         associate (e => mesh%edge_sets(s)%edges)
-            all_edges(:, n + 1:n + size(e, 2)) = e
-            owner(n + 1:n + size(e, 2)) = s
-            n = n + size(e, 2)
-         end associate
-      end do
-      do i = 1, n
-         key(i) = edge_key(all_edges(1, i), all_edges(2, i))
-      end do
-      order = sorted_order(key)
-      allocate (edges(2, n), of(size(mesh%edge_sets), n))
-      of = .false.
-      n = 0
-      do i = 1, size(order)
-         if (i == 1) then
-            n = 1
-         else if (key(order(i)) /= key(order(i - 1))) then
-            n = n + 1
-         end if
-         edges(:, n) = all_edges(:, order(i))
-         of(owner(order(i)), n) = .true.
-      end do
-      edges = edges(:, :n)
-      call classify(of(:, :n), class)
+      call edges_of_sets(mesh, edges, of)
+      call classify(of, class)
    end subroutine classify_curves
 
    subroutine classify_points(mesh, points, class)
@@ -167,13 +81,6 @@ contains
       points = pack([(i, i=1, size(of, 2))], any(of, dim=1))
       call classify(of(:, points), class)
    end subroutine classify_points
-
-   !> Whether a node set is neither 'all' nor that of an edge set.
-   logical function is_of_nodes(mesh, s)
-      type(mesh_t), intent(in) :: mesh
-      integer, intent(in) :: s
-      is_of_nodes = mesh%node_sets(s)%name /= 'all' .and. find_edge_set(mesh, mesh%node_sets(s)%name) == 0
-   end function is_of_nodes
 
    !> Number the combinations of sets.
    subroutine classify(of, class)
@@ -195,7 +102,7 @@ contains
    end subroutine classify
 
    subroutine write_names(file, mesh)
-      type(file_t), intent(inout) :: file
+      type(written_file_t), intent(inout) :: file
       type(mesh_t), intent(in) :: mesh
       integer :: s
       call file%put('$PhysicalNames')
@@ -214,7 +121,7 @@ contains
    end subroutine write_names
 
    subroutine write_entities(file, mesh, class)
-      type(file_t), intent(inout) :: file
+      type(written_file_t), intent(inout) :: file
       type(mesh_t), intent(in) :: mesh
       type(classes_t), intent(in) :: class(0:2)
       character(len=:), allocatable :: box, line
@@ -249,7 +156,7 @@ contains
    end subroutine write_entities
 
    subroutine write_nodes(file, mesh)
-      type(file_t), intent(inout) :: file
+      type(written_file_t), intent(inout) :: file
       type(mesh_t), intent(in) :: mesh
       integer :: i
       associate (n => size(mesh%coordinates, 2))
@@ -269,7 +176,7 @@ contains
 
    !> Block by block: those of one entity.
    subroutine write_elements(file, mesh, class, edges, points)
-      type(file_t), intent(inout) :: file
+      type(written_file_t), intent(inout) :: file
       type(mesh_t), intent(in) :: mesh
       type(classes_t), intent(in) :: class(0:2)
       integer, intent(in) :: edges(:, :), points(:)
@@ -296,19 +203,4 @@ contains
       end do
       call file%put('$EndElements')
    end subroutine write_elements
-
-   pure function row(numbers) result(text)
-      integer, intent(in) :: numbers(:)
-      character(len=:), allocatable :: text
-      character(len=64) :: buffer
-      write (buffer, '(*(i0, 1x))') numbers
-      text = trim(buffer)
-   end function row
-
-   pure function exact(x) result(text)
-      real(dp), intent(in) :: x
-      character(len=25) :: text
-      write (text, '(es25.16e3)') x
-      text = adjustl(text)
-   end function exact
 end module finshell_gmsh_writer

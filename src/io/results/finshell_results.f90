@@ -12,9 +12,11 @@ module finshell_results
    use finshell_field, only: check_fields, check_increment, field_t, gaps, increment_t, layout, name_t, with_gaps
    use finshell_hdf5, only: hdf5_file_t, hdf5_integer, hdf5_line, hdf5_real, hdf5_single, hdf5_table_t
    use finshell_kinds, only: i8, wp
+   use finshell_mesh, only: mesh_t
    use finshell_record_tables, only: attach_table, record_tables_t
    use finshell_status, only: status_invalid_argument, status_io_error
    use finshell_storage, only: check_range, storage_t
+   use finshell_stored_sets, only: write_sets
    use finshell_vtkhdf, only: compare_mesh, index_splits, same_lists, same_ranks, same_values, write_mesh
    use finshell_xdmf, only: xdmf_file_t, xdmf_name
    implicit none
@@ -55,7 +57,7 @@ contains
 
    !> Create NAME.vtkhdf and NAME.xdmf for a file name NAME.vtkhdf, replacing existing ones.
    subroutine create(self, file_name, version, input_text, coordinates, triangles, point_fields, cell_fields, monitors, error, &
-      & published_as, storage)
+      & published_as, storage, sets)
       class(results_file_t), intent(inout) :: self
       character(len=*), intent(in) :: file_name
       character(len=*), intent(in) :: version !< of finshell
@@ -67,6 +69,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       character(len=*), optional, intent(in) :: published_as !< the name the file will have after `publish`, if another one
       type(storage_t), optional, intent(in) :: storage
+      type(mesh_t), optional, intent(in) :: sets !< the same mesh, whose sets are to be kept
       call check_fields(point_fields, 'point field', error)
       if (.not. allocated(error)) call check_fields(cell_fields, 'cell field', error)
       if (.not. allocated(error)) call self%close(error)
@@ -84,6 +87,7 @@ contains
       if (.not. allocated(error)) call self%file%make_group('/finshell', error)
       if (.not. allocated(error)) call self%file%set_text('/finshell', 'version', version, error)
       if (.not. allocated(error)) call self%file%write_text('/finshell/input', input_text, error)
+      if (present(sets) .and. .not. allocated(error)) call write_sets(self%file, sets, error)
       if (.not. allocated(error)) call self%file%make_group('/finshell/history', error)
       if (.not. allocated(error)) call self%attach(.true., point_fields, cell_fields, monitors, error)
       if (.not. allocated(error)) call self%file%flush(error)
@@ -102,7 +106,7 @@ contains
    !> stay is copied to a new file, for `publish`: a run that was killed while it wrote can leave traces of a further
    !> step, which can be ignored but not safely overwritten.
    subroutine open_for_restart(self, file_name, new_name, version, input_text, coordinates, triangles, point_fields, cell_fields, &
-      & monitors, last, error, storage)
+      & monitors, last, error, storage, sets)
       class(results_file_t), intent(inout) :: self
       character(len=*), intent(in) :: file_name, new_name, version, input_text
       real(wp), intent(in) :: coordinates(:, :)
@@ -112,6 +116,7 @@ contains
       integer, intent(in) :: last
       type(error_t), allocatable, intent(out) :: error
       type(storage_t), optional, intent(in) :: storage
+      type(mesh_t), optional, intent(in) :: sets
       type(results_file_t) :: old
       type(error_t), allocatable :: ignored
       old%name = file_name
@@ -124,7 +129,7 @@ contains
       if (.not. allocated(error)) call compare_mesh(old%file, file_name, coordinates, triangles, error)
       if (.not. allocated(error)) call old%attach(.false., point_fields, cell_fields, monitors, error)
       if (.not. allocated(error)) call self%create(new_name, version, input_text, coordinates, triangles, &
-         & point_fields, cell_fields, monitors, error, published_as=file_name, storage=storage)
+         & point_fields, cell_fields, monitors, error, published_as=file_name, storage=storage, sets=sets)
       if (.not. allocated(error)) call copy_steps(old, self, point_fields, cell_fields, last, error)
       call old%close(ignored)
    end subroutine open_for_restart

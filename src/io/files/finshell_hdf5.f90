@@ -8,7 +8,7 @@ module finshell_hdf5
    use hdf5, only: h5fcreate_f, h5fopen_f, h5fclose_f, h5fflush_f, h5gcreate_f, h5gclose_f
    use hdf5, only: h5oopen_f, h5oclose_f, h5aopen_f, h5acreate_f, h5aexists_f, h5awrite_f, h5aread_f, h5aclose_f
    use hdf5, only: h5screate_f, h5screate_simple_f, h5sclose_f, h5sselect_hyperslab_f
-   use hdf5, only: h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f
+   use hdf5, only: h5aget_space_f, h5sget_simple_extent_npoints_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f
    use hdf5, only: h5dcreate_f, h5dopen_f, h5dclose_f, h5dwrite_f, h5dread_f, h5dget_space_f, h5dset_extent_f
    use hdf5, only: h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5pset_fill_time_f, h5pset_shuffle_f, h5pset_deflate_f
    use hdf5, only: h5gn_members_f, h5gget_obj_info_idx_f, h5aget_type_f, h5dget_type_f, h5tget_size_f
@@ -50,7 +50,7 @@ module finshell_hdf5
       procedure :: begin_writing, end_writing
       procedure :: make_group
       procedure :: set_integers
-      procedure :: get_integer
+      procedure :: get_integer, get_integers => get_integer_list
       procedure :: set_text
       procedure :: write_text
       procedure :: get_text, read_text, members
@@ -269,6 +269,34 @@ contains
       end if
       call check(status >= 0, self%name, 'read attribute '//attribute//' of '//path//' (was this file written by finshell?)', error)
    end subroutine get_integer
+
+   !> Read an integer attribute of several values. Error: it is not there, or has another number of values.
+   subroutine get_integer_list(self, path, attribute, values, error)
+      class(hdf5_file_t), intent(in) :: self
+      character(len=*), intent(in) :: path, attribute
+      integer(i8), contiguous, target, intent(out) :: values(:)
+      type(error_t), allocatable, intent(out) :: error
+      type(c_ptr) :: buffer
+      integer(hid_t) :: object, id, space
+      integer(hsize_t) :: number
+      integer :: status, ignored
+      values = 0
+      buffer = c_loc(values)
+      call h5oopen_f(self%id, path, object, status)
+      if (status >= 0) then
+         call h5aopen_f(object, attribute, id, status)
+         if (status >= 0) then
+            call h5aget_space_f(id, space, ignored)
+            call h5sget_simple_extent_npoints_f(space, number, ignored)
+            call h5sclose_f(space, ignored)
+            if (number /= size(values)) status = -1
+            if (status >= 0) call h5aread_f(id, h5kind_to_type(i8, h5_integer_kind), buffer, status)
+            call h5aclose_f(id, ignored)
+         end if
+         call h5oclose_f(object, ignored)
+      end if
+      call check(status >= 0, self%name, 'read attribute '//attribute//' of '//path//' (was this file written by finshell?)', error)
+   end subroutine get_integer_list
 
    !> Set a text attribute of exactly the length of the text (VTKHDF wants no padding), which must not be empty.
    subroutine set_text(self, path, attribute, text, error)
