@@ -6,8 +6,8 @@ module finshell_check_report
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_input, only: input_t
    use finshell_kinds, only: dp, wp
+   use finshell_linked_parts, only: check_held
    use finshell_load_resultant, only: resultant_of
-   use finshell_mechanism, only: check_mechanism
    use finshell_mesh_report, only: print_mesh
    use finshell_team, only: shared
    implicit none
@@ -32,8 +32,7 @@ contains
                //') at a factor of 1: force '//triple(resultant(ux:uz))//', moment about the origin '//triple(resultant(rx:rz))
          end associate
       end do
-      call check_mechanism(input%structure%mesh, problem%equations, error, &
-                           problem%external%springs(input%structure, problem%equations))
+      call check_held(input%structure, problem%equations, problem%external, error)
       if (allocated(error)) then
          write (output_unit, '(a)') 'Free: '//error%message(:index(error%message//';', ';') - 1)
       else

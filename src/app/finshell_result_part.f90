@@ -9,7 +9,6 @@ module finshell_result_part
    use finshell_mesh, only: mesh_t, elements_at, find_element_set, find_node_set
    use finshell_mesh_part, only: part_of_mesh
    use finshell_monitor, only: output_t
-   use finshell_monitoring, only: cell_entries, cell_fields, point_fields
    use finshell_observer, only: record_t
    use finshell_recovery, only: recovery_t
    use finshell_report_rules, only: has_fields, passes
@@ -19,6 +18,7 @@ module finshell_result_part
    use finshell_step, only: is_in_time, leaves_state
    use finshell_storage, only: storage_t
    use finshell_version, only: version
+   use finshell_written_fields, only: cell_entries, cell_fields, point_fields
    implicit none
    private
    public :: result_part_t

@@ -27,16 +27,11 @@ module finshell_external
    use finshell_status, only: status_invalid_argument
    use finshell_structure, only: structure_t
    use finshell_team, only: leads, shared, team_t
+   use finshell_turning_nodes, only: find_turning
    implicit none
    private
-   public :: external_t, springs_t, new_external
+   public :: external_t, new_external
    public :: on_nothing, displacements_only, with_rotations
-
-   !> Elements and minus the derivative of the forces that springs exert on their nodes, (n_membrane, n_membrane, elements).
-   type :: springs_t
-      integer, allocatable :: elements(:)
-      real(wp), allocatable :: stiffness(:, :, :)
-   end type springs_t
 
    type :: external_t
       integer :: factors = by_constant_factor !< that scale loads (finshell_factor)
@@ -67,7 +62,6 @@ module finshell_external
       procedure :: evaluate
       procedure :: add_change
       procedure :: standing_energy
-      procedure :: springs
    end type external_t
 
 contains
@@ -128,7 +122,7 @@ contains
       self%has_constants = any(loads%scaling == by_constant_factor .and. there)
       if (self%chambers%n > 0) self%has_constants = self%has_constants .or. any(self%chambers%fluid%scaling == by_constant_factor)
       call list_all(self, dead, acting)
-      call find_turning(self, structure%mesh, equations, dead)
+      call find_turning(structure%mesh, equations, dead, self%turning_nodes, self%turning_elements, self%turning_corners)
       self%symmetric = size(self%turning_nodes) == 0
       do i = 1, size(self%list)
          self%symmetric = self%symmetric .and. self%list(i)%load%symmetric
@@ -238,39 +232,6 @@ contains
          call append(self%list, acting(i)%load)
       end do
    end subroutine list_all
-
-   !> List the nodes whose dead moments have a stiffness.
-   pure subroutine find_turning(self, mesh, equations, dead)
-      type(external_t), intent(inout) :: self
-      type(mesh_t), intent(in) :: mesh
-      type(equations_t), intent(in) :: equations
-      type(dead_load_t), intent(in) :: dead(:)
-      integer, allocatable :: at(:)
-      real(wp), allocatable :: moments(:, :)
-      integer :: e, i, k, node
-      allocate (at(size(mesh%coordinates, 2)), source=0)
-      do k = 1, size(dead)
-         moments = dead(k)%nodal
-         moments(ux:uz, :) = 0
-         call equations%links%fold(moments)
-         do i = 1, size(at)
-            if (any(abs(moments(rx:rz, i)) > 0) .and. count(equations%number(rx:rz, i) > 0) >= 2) at(i) = 1
-         end do
-      end do
-      self%turning_nodes = pack([(i, i=1, size(at))], at > 0)
-      allocate (self%turning_elements(size(self%turning_nodes)), self%turning_corners(size(self%turning_nodes)), source=0)
-      do i = 1, size(self%turning_nodes)
-         at(self%turning_nodes(i)) = i
-      end do
-      do e = 1, size(mesh%triangles, 2)
-         do k = 1, 3
-            node = mesh%triangles(k, e)
-            if (at(node) == 0) cycle
-            self%turning_elements(at(node)) = e
-            self%turning_corners(at(node)) = k
-         end do
-      end do
-   end subroutine find_turning
 
    !> Are there loads that depend on nothing, on displacements only, or with rotations?
    pure logical function any_with(self, rows)
@@ -412,28 +373,4 @@ contains
          if (present(motion)) energy = energy - self%list(i)%load%energy(structure, equations, state)
       end do
    end function standing_energy
-
-   !> Stiffness in the reference state of what no factor scales: it holds the structure as supports do.
-   function springs(self, structure, equations)
-      class(external_t), intent(in) :: self
-      type(structure_t), intent(in) :: structure
-      type(equations_t), intent(in) :: equations
-      type(springs_t) :: springs
-      type(state_t) :: reference
-      real(wp), allocatable :: force(:, :), k(:, :, :)
-      integer :: i
-      allocate (springs%elements(0))
-      allocate (springs%stiffness(displacements_only, displacements_only, 0))
-      call new_state(reference, size(structure%mesh%coordinates, 2))
-      do i = 1, size(self%list)
-         associate (load => self%list(i)%load)
-            if (load%scaling /= unscaled .or. load%rows /= displacements_only .or. size(load%elements) == 0) cycle
-            allocate (force(load%rows, size(load%elements)), k(load%rows, load%rows, size(load%elements)))
-            call load%evaluate(structure, equations, reference, force, factor_at(reference, load%scaling), k)
-            springs%elements = [springs%elements, load%elements]
-            springs%stiffness = reshape([springs%stiffness, -k], [load%rows, load%rows, size(springs%elements)])
-            deallocate (force, k)
-         end associate
-      end do
-   end function springs
 end module finshell_external

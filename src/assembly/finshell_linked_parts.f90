@@ -8,6 +8,7 @@ module finshell_linked_parts
    use finshell_external, only: external_t
    use finshell_factor, only: unscaled
    use finshell_freedoms, only: n_nodal
+   use finshell_ground_springs, only: ground_springs
    use finshell_joined_load, only: joined_load_t
    use finshell_joined_parts, only: part_link_t
    use finshell_kinds, only: wp
@@ -29,7 +30,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(part_link_t), allocatable :: links(:)
       call list_links(structure, equations, external, links)
-      call check_mechanism(structure%mesh, equations, error, external%springs(structure, equations), links)
+      call check_mechanism(structure%mesh, equations, error, ground_springs(external%list, structure, equations), links)
    end subroutine check_held
 
    !> The links of springs and bars, in the reference state.

@@ -12,7 +12,7 @@ module finshell_mechanism
    use finshell_error, only: error_t, raise, text_of
    use finshell_mesh, only: mesh_t
    use finshell_equations, only: equations_t, scatter
-   use finshell_external, only: springs_t
+   use finshell_ground_springs, only: springs_t
    use finshell_joined_parts, only: add_link_conditions, add_part_links, extent, find_parts, part_link_t
    implicit none
    private

@@ -259,8 +259,7 @@ contains
          call problem%move(x, factor - base%load_factor)
          call support_rates(problem%equations, problem%state, rates, .false., inertia%held_velocity, inertia%held_acceleration)
       end associate
-      if (associated(problem%listener)) call problem%say('Increment in time of '//text_of(real(h, dp))//' to time ' &
-                                                         //text_of(real(end_time, dp)))
+      call problem%say('Increment in time of '//text_of(real(h, dp))//' to time '//text_of(real(end_time, dp)))
       call solve_increment(problem, constraint_t(target=factor), step%convergence, self%mean_levels, result)
       if (.not. result%converged) call problem%say('     failed: '//result%reason)
    end subroutine attempt
@@ -312,8 +311,7 @@ contains
          state%increment = state%increment + 1
          call self%method%advance(problem%base, state%acceleration, self%auxiliary)
          self%motion%work = self%motion%work + balance%work
-         self%motion%damped = self%motion%damped &
-            + 0.5_wp*sum(motion_between(problem%base, state)*(self%damping + inertia%damping))
+         self%motion%damped = self%motion%damped + 0.5_wp*sum(motion_between(problem%base, state)*(self%damping + inertia%damping))
          if (self%conserves) call conserve(self, problem, h, balance%known)
          nodal = inertia%mass*state%velocity
          self%motion%time = state%time
@@ -380,11 +378,10 @@ contains
       type(newton_result_t), intent(in) :: result
       type(path_t), intent(inout) :: path
       type(record_t), intent(inout) :: record !< with iterations and cuts
-      real(dp) :: now
       path%increments = path%increments + 1
       path%iterations = path%iterations + record%iterations
       path%cuts = path%cuts + record%cuts
-      call cpu_time(now)
+      call cpu_time(record%cpu_time)
       record%increment = problem%state%increment
       record%control = control_dynamic
       record%load_factor = problem%state%load_factor
@@ -394,7 +391,7 @@ contains
       record%rounding = result%rounding
       record%motion = self%motion
       record%account = path%account
-      record%cpu_time = now - path%started
+      record%cpu_time = record%cpu_time - path%started
       record%total_increments = path%increments
       record%total_iterations = path%iterations
       record%total_cuts = path%cuts

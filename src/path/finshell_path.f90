@@ -133,8 +133,7 @@ contains
       call self%advance(problem, step, targets, observer, error)
    end subroutine follow
 
-   !> What comes before a step, under load control: let go what is to be let go, and raise the factor of constant loads and supports
-   !> to 1.
+   !> What comes before a step, by load control: let go what is to be let go, bring in constant loads and supports.
    subroutine ramps_before(self, problem, step, observer, error, underway)
       class(path_t), intent(inout) :: self
       class(problem_t), intent(inout) :: problem
@@ -160,7 +159,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
       logical, intent(in) :: resumes !< it was under way
       type(targets_t) :: targets
-
       if (allocated(problem%watched)) deallocate (problem%watched)
       if (resumes) then
          targets = self%targets
