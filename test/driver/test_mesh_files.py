@@ -103,10 +103,10 @@ class MeshFiles(unittest.TestCase):
                     self.assertIn("1 elements that are no surfaces were left out", printed)
 
     def test_sides_of_shells(self):
-        """S3 to S6 are sides of shells in CalculiX; of plane elements S3 is something else, and an element set as before."""
+        """S3 to S6 are sides of shells in CalculiX, S1 to S4 those of plane elements; faces make an element set."""
         further = "*SURFACE, NAME=Side, TYPE=ELEMENT\n1, {}\n3, {}"
         for kind, elements, face, words in (("S3", None, "S3", "Side: 2 edges"), ("S4", cells(), "S6", "Side: 2 edges"), ("S3", None, "SPOS", "Side: 2\n"),
-                                            ("CPS3", None, "S3", "Side: 2\n")):
+                                            ("CPS3", None, "S3", "Side: 2 edges")):
             with self.subTest(kind=kind, face=face):
                 self.assertIn(words, self.solve("s.inp", deck(kind, elements, further.format(face, face)), "Root", command="mesh"))
 

@@ -147,7 +147,7 @@ def laws_next_to_their_ends():
         force = 0.02 * (c * (stretch - stretch**-2) + 4 * k1 * (stretch**2 - 1) * math.exp(exponent) * stretch)
         law = f"law = 'holzapfel_gasser_ogden' c = {c} k1 = {k1} k2 = {k2!r} angle = 0.0"
         yield Case("exponent of the fibres, stretch of 1.2", exponent, stretched(stretch, law), {"force": force},
-                   ends="failed too often" if exponent > 40 else "", also=LOST)
+                   ends="failed too often" if exponent > 25 else "", also=LOST)   # at 30 one run in eight ends so, as rounding has it
 
 
 def cantilever(unit=1.0, modulus=2e5, force=0.02, corner=(0.0, 0.0, 0.0), step="tolerance = 'tight'"):
