@@ -10,48 +10,36 @@ module finshell_equilibrium
    use finshell_status, only: status_ok, status_not_a_number, status_not_converged, status_singular_matrix, &
       status_invalid_argument, status_input_error
    use finshell_error, only: error_t, raise
-   use finshell_batch, only: n_resultants
-   use finshell_description, only: describe
    use finshell_mesh, only: elements_at
+   use finshell_moving_structure, only: moving_structure_t
    use finshell_motion_size, only: size_of_motion
-   use finshell_retraction, only: retraction_t, new_retraction
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
-   use finshell_state, only: state_t, new_state, move_state, motion_between
    use finshell_cliques, only: cliques_t, joined
-   use finshell_connectors, only: largest_turn_with_lines
-   use finshell_equations, only: equations_t, field_pressure, new_equations, gather, scatter, unknowns_of
-   use finshell_held_motion, only: held_change, turn_held
-   use finshell_external, only: external_t, new_external
-   use finshell_factor, only: by_case, by_load_factor, by_constant_factor, unscaled, factor_at, factors_at, &
-      number_of_factors, set_factor, scaled_sum, slopes, start_following
+   use finshell_equations, only: new_equations, gather, unknowns_of
+   use finshell_external, only: new_external
+   use finshell_factor, only: by_case, by_load_factor, unscaled, number_of_factors, scaled_sum
    use finshell_sparsity, only: sparsity_t, new_sparsity
-   use finshell_assembly, only: assembly_t, new_assembly, assemble, predict_stress
+   use finshell_assembly, only: new_assembly, assemble
    use finshell_linear_solver, only: linear_solver_t
    use finshell_symmetric_part, only: symmetric_part_t
-   use finshell_joint_stiffness, only: add_joint_stiffness, link_nodes, no_cliques, place_links
+   use finshell_joint_stiffness, only: add_joint_stiffness, link_nodes, place_links
    use finshell_linked_elements, only: linked_elements_t
    use finshell_tangent_factors, only: tangent_factors_t
    use finshell_load_terms, only: add_turning, add_motion, add_rate, moving_nodes
    use finshell_linked_parts, only: check_held, name_mode
-   use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_levels, only: force_levels
-   use finshell_watched_displacement, only: displacement_gradient, watch_displacement, mean_displacement
    use finshell_balance, only: balance_t
    use finshell_ledger, only: entry_t, motion_times, motions_times, balance_between
-   use finshell_volume, only: volume_t, new_volume
    use finshell_inertia, only: inertia_t
    use finshell_fictitious_mass, only: fictitious_mass
-   use finshell_ground, only: add_ground, lumped_weight
+   use finshell_ground, only: add_ground
    use finshell_element_limit, only: element_trouble
    use finshell_team, only: leads, own_elements, shared, team_t
    implicit none
    private
    public :: equilibrium_t, new_equilibrium
 
-   type, extends(problem_t) :: equilibrium_t
-      type(structure_t), pointer :: structure => null()
-      type(equations_t) :: equations
-      type(external_t) :: external
+   type, extends(moving_structure_t) :: equilibrium_t
       type(linear_solver_t) :: solver
       type(symmetric_part_t) :: half !< of an unsymmetric matrix, for descents
       type(tangent_factors_t), private :: factors !< what was factorised last
@@ -59,15 +47,11 @@ module finshell_equilibrium
       real(wp), allocatable :: external_force(:, :) !< (n_nodal, nodes); reactions are internal minus external force
       type(entry_t) :: entry, base_entry !< at the last evaluation; at the last accepted state
       real(wp), allocatable :: bulge_force(:, :) !< (n_nodal, nodes) part of external_force that depends on rotations, too
-      integer, allocatable :: watched_nodes(:)
-      integer :: watched_component = 0
-      type(volume_t), allocatable :: watched_volume !< allocated when a volume is monitored instead
       logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`
       integer :: stage = 1 !< the step whose loads and supports these are (finshell_stage), likewise
       real(wp), allocatable :: released(:, :) !< (n_nodal, nodes) forces that are let go before it; unallocated: none
       integer :: assemblies = 0, force_evaluations = 0
       integer, allocatable :: factor_of_case(:) !< finshell_factor; the first is that without a name (finshell_load_case)
-      type(assembly_t) :: assembly
       type(inertia_t), allocatable :: inertia !< of steps in time
       class(team_t), pointer :: team => null() !< processes that share the work
       integer, allocatable :: own_elements(:) !< of this process
@@ -75,24 +59,15 @@ module finshell_equilibrium
       type(cliques_t) :: cliques !< of the pattern, beside those of the elements
       real(wp), allocatable, private :: ground(:) !< values of the stand-in of a soft structure, once it was needed
       integer, allocatable, private :: moved_elements(:) !< elements at moved nodes
-      type(retraction_t), private :: retraction
       integer, allocatable, private :: diagonal(:) !< (n) where it stands among the values
    contains
       procedure :: evaluate
       procedure :: evaluate_toward
       procedure :: diagonal_places
-      procedure, private :: refresh
       procedure :: factorise
       procedure :: solve
-      procedure :: move
-      procedure :: increment
-      procedure :: transport
       procedure :: balance
       procedure :: keep_base
-      procedure :: watch
-      procedure :: watch_volume
-      procedure :: monitored
-      procedure :: largest_rotation
       procedure :: magnitude
       procedure :: fictitious_masses
    end type equilibrium_t
@@ -147,30 +122,19 @@ contains
       self%half%solver%options = self%solver%options
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
-      call describe(self, structure, self%equations)
+      call self%begin_unloaded()
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
-      self%n = self%equations%n + self%external%chambers%n
-      self%field = [self%equations%field, spread(field_pressure, 1, self%external%chambers%n)]
-      self%confined = .not. self%external%chambers%yields()
-      call new_retraction(self%retraction, structure)
-      self%weight = [lumped_weight(structure%mesh, self%equations, self%detail), spread(0.0_wp, 1, self%external%chambers%n)]
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
-      self%has_constants = self%external%has_constants .or. any(abs(self%equations%motion(:, :, by_constant_factor)) > 0)
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force)
       if (allocated(self%ground)) deallocate (self%ground)
       if (allocated(self%compliance)) deallocate (self%compliance, self%inflow, self%gradient)
-      if (allocated(self%watched_volume)) deallocate (self%watched_volume)
       self%entry = entry_t()
       allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       self%moved_elements = elements_at(structure%mesh, moving_nodes(self%equations))
-      call new_state(self%state, nodes, structure%cases + self%external%chambers%n)
-      call start_following(self%state, structure%followers)
       self%entry%energy = self%external%standing_energy(structure, self%equations, self%state) ! what tension stores at the start
       self%base_entry = self%entry
-      self%base = self%state
-      self%iterate = self%state
       self%factor_of_case = [by_load_factor, (by_case + i, i=1, structure%cases)]
    end subroutine new_equilibrium
 
@@ -245,12 +209,8 @@ contains
          call gather(self%equations, out_of_balance, self%rate(:self%equations%n))
          call self%external%chambers%linearise(self%equations, self%state, active, unit_force, self%gradient, self%compliance, &
             self%inflow, self%rate(self%equations%n + 1:))
-         if (allocated(self%watched_volume) .and. allocated(self%watched)) call self%watched_volume%gradient( &
-            self%structure, self%equations, self%state, self%watched(:self%equations%n), self%watched_rate)
+         call self%renew_watched()
       end if
-      if (tangent .and. allocated(self%watched) .and. .not. allocated(self%watched_volume)) &
-         call displacement_gradient(self%equations, self%state, self%watched_nodes, self%watched_component, self%watched, &
-                                    self%watched_rate)
       if (allocated(self%inertia)) call self%inertia%act(self%structure, self%equations, self%assembly, self%base, self%state, &
          self%external_force, tangent, merge(self%diagonal, 0, leads(self%team)), self%values)
       out_of_balance = self%external_force - self%internal_force
@@ -269,16 +229,6 @@ contains
          + self%drag*self%weight(:self%equations%n)
       call self%resist()
    end subroutine evaluate_toward
-
-   !> Dependent nodes where the others have them, and what moves them from there.
-   subroutine refresh(self)
-      class(equilibrium_t), intent(inout) :: self
-      if (.not. self%equations%links%any()) return
-      call self%equations%links%settle(self%state)
-      call self%equations%links%refresh(self%state)
-      call self%assembly%linked%blocks%expand(self%equations)
-      call self%external%refresh(self%equations)
-   end subroutine refresh
 
    !> (n) Where the diagonal stands among the values.
    pure function diagonal_places(self) result(places)
@@ -333,65 +283,6 @@ contains
       call self%factors%solve(self%solver, self%half, b, x, error)
    end subroutine solve
 
-   !> Displacements add, spins turn; held components follow the factor.
-   subroutine move(self, x, factor_change, kind, stress, scaling)
-      class(equilibrium_t), intent(inout) :: self
-      real(wp), intent(in) :: x(:), factor_change
-      integer, intent(in), optional :: kind
-      real(wp), intent(inout), allocatable, optional :: stress(:, :)
-      integer, intent(in), optional :: scaling
-      real(wp), allocatable :: nodal(:, :), before(:)
-      integer :: active, many
-      active = by_load_factor
-      many = size(self%equations%motion, 3)
-      if (present(scaling)) active = scaling
-      call self%refresh()
-      before = factors_at(self%state, many)
-      call set_factor(self%state, active, factor_at(self%state, active) + factor_change)
-      allocate (nodal(n_nodal, size(self%equations%number, 2)))
-      call scatter(self%equations, x, nodal)
-      nodal(:, self%equations%moved) = nodal(:, self%equations%moved) &
-                                       + held_change(self%equations, factors_at(self%state, many) - before)
-      call self%equations%links%extend(nodal)
-      if (present(kind) .and. present(stress)) then
-         if (kind == stress_own .and. allocated(stress)) deallocate (stress)
-         if (kind /= stress_own .and. .not. allocated(stress)) allocate (stress(n_resultants, self%assembly%elements))
-         if (allocated(stress)) &
-            call predict_stress(self%assembly, self%structure, self%state, merge(0.0_wp, nodal, kind == stress_kept), stress)
-      end if
-      call self%retraction%turn_on(self%structure%mesh, self%equations, self%state, 1.0_wp, nodal)
-      call move_state(self%state, nodal)
-      call turn_held(self%equations, self%state)
-      call self%equations%links%settle(self%state)
-      call self%external%chambers%move(self%state, x(self%equations%n + 1:))
-   end subroutine move
-
-   !> From base to state: displacements, and the rotation vectors of the relative rotations.
-   subroutine increment(self, x)
-      class(equilibrium_t), intent(in) :: self
-      real(wp), intent(out) :: x(:)
-      real(wp), allocatable :: nodal(:, :)
-      nodal = motion_between(self%base, self%state)
-      call self%retraction%turn_on(self%structure%mesh, self%equations, self%base, -1.0_wp, nodal)
-      call unknowns_of(self%equations, nodal, x(:self%equations%n))
-      x(self%equations%n + 1:) = self%external%chambers%moved(self%base, self%state)
-   end subroutine increment
-
-   subroutine transport(self, x)
-      class(equilibrium_t), intent(in) :: self
-      real(wp), intent(inout) :: x(:)
-      call self%retraction%transport(self%structure%mesh, self%equations, self%base, self%state, x(:self%equations%n))
-   end subroutine transport
-
-   pure function largest_rotation(self, x, factor_change, scaling) result(angle)
-      class(equilibrium_t), intent(in) :: self
-      real(wp), intent(in) :: x(:), factor_change
-      integer, intent(in) :: scaling
-      real(wp) :: angle
-      angle = largest_turn_with_lines(self%external%list, self%structure, self%equations, x, &
-                                      factor_change*slopes(self%state, scaling, size(self%equations%motion, 3)))
-   end function largest_rotation
-
    !> See finshell_problem: displacements and, up to half a turn, rotations (radian), in the axes of the nodes.
    subroutine magnitude(self, x, added)
       class(equilibrium_t), intent(in) :: self
@@ -409,45 +300,4 @@ contains
       real(wp), intent(out) :: mass(:)
       mass = fictitious_mass(self%equations, self%detail, self%solver, self%values, self%gradient, self%compliance)
    end subroutine fictitious_masses
-
-   !> Monitor the mean of a global displacement component over a node set.
-   subroutine watch(self, node_set, component, error)
-      class(equilibrium_t), intent(inout) :: self
-      character(len=*), intent(in) :: node_set
-      integer, intent(in) :: component
-      type(error_t), allocatable, intent(out) :: error
-      if (allocated(self%watched)) deallocate (self%watched)
-      if (allocated(self%watched_volume)) deallocate (self%watched_volume)
-      call self%refresh()
-      call watch_displacement(self%structure%mesh, self%equations, self%state, node_set, component, self%watched_nodes, &
-                              self%watched, self%watched_rate, error)
-      if (allocated(error)) return
-      self%watched = [self%watched, spread(0.0_wp, 1, self%external%chambers%n)]
-      self%watched_component = component
-   end subroutine watch
-
-   !> Monitor the volume behind an element set; see finshell_volume.
-   subroutine watch_volume(self, error, element_set)
-      class(equilibrium_t), intent(inout) :: self
-      type(error_t), allocatable, intent(out) :: error
-      character(len=*), intent(in), optional :: element_set
-      if (allocated(self%watched)) deallocate (self%watched)
-      if (.not. allocated(self%watched_volume)) allocate (self%watched_volume)
-      call new_volume(self%watched_volume, self%structure, self%equations, self%external, error, element_set)
-      if (allocated(error)) return
-      allocate (self%watched(self%n), source=0.0_wp)
-      call self%watched_volume%gradient(self%structure, self%equations, self%state, self%watched(:self%equations%n), &
-         self%watched_rate)
-   end subroutine watch_volume
-
-   function monitored(self, state) result(value)
-      class(equilibrium_t), intent(in) :: self
-      type(state_t), intent(in) :: state
-      real(wp) :: value
-      if (allocated(self%watched_volume)) then
-         value = self%watched_volume%value(self%structure, state)
-      else
-         value = mean_displacement(state, self%watched_nodes, self%watched_component)
-      end if
-   end function monitored
 end module finshell_equilibrium

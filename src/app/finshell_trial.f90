@@ -60,7 +60,6 @@ contains
          call new_equilibrium(problem, input%structure, error)
       end if
       if (allocated(problem%watched)) deallocate (problem%watched)
-      if (allocated(problem%watched_volume)) deallocate (problem%watched_volume)
    end subroutine check_steps
 
    subroutine check_step(step, first, problem, error)

@@ -20,11 +20,12 @@ module finshell_volume
    use finshell_pressure, only: follower_pressure
    use finshell_pressure_region, only: symmetric_origin
    use finshell_structure, only: structure_t, curved_elements
+   use finshell_watched, only: watched_t
    implicit none
    private
    public :: volume_t, new_volume
 
-   type :: volume_t
+   type, extends(watched_t) :: volume_t
       integer, allocatable :: elements(:), curved(:) !< those of them with a curved reference
       integer, allocatable :: held(:, :) !< (3, elements of the structure) sides that supports hold
       real(wp) :: origin(3) = 0
@@ -82,7 +83,6 @@ contains
       volume = volume_behind(structure, self%elements, self%curved, self%origin, state, self%held)
    end function volume_value
 
-   !> Derivatives of the volume with respect to the unknowns and to the load factor, by which held nodes may move.
    subroutine volume_gradient(self, structure, equations, state, gradient, rate)
       class(volume_t), intent(in) :: self
       type(structure_t), intent(in) :: structure

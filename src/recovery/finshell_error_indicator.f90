@@ -17,7 +17,7 @@ module finshell_error_indicator
    use finshell_status, only: status_ok
    use finshell_strain_batch, only: element_strains_t, recover_strains, strain_points
    use finshell_strain_patch, only: n_strains, new_surroundings, smooth_strain, surroundings_t
-   use finshell_watched_displacement, only: displacement_gradient
+   use finshell_mean_displacement, only: mean_displacement_t
    implicit none
    private
    public :: indicator_t, goal_t, estimate_error, estimate_goal_error, monitor_gradient
@@ -154,8 +154,12 @@ contains
       type(equilibrium_t), intent(in) :: problem
       integer, intent(in) :: nodes(:), component !< 1 to 3, global
       real(wp), allocatable, intent(out) :: gradient(:) !< (problem%n)
+      type(mean_displacement_t) :: mean
       real(wp) :: rate
-      call displacement_gradient(problem%equations, problem%state, nodes, component, gradient, rate)
+      mean%nodes = nodes
+      mean%component = component
+      allocate (gradient(problem%n), source=0.0_wp)
+      call mean%gradient(problem%structure, problem%equations, problem%state, gradient(:problem%equations%n), rate)
    end subroutine monitor_gradient
 
    !> Strains of all elements at a state, and the stiffness of their sections.
