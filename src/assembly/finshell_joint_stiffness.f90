@@ -2,7 +2,6 @@
 module finshell_joint_stiffness
    use finshell_assembly, only: assembly_t, link_elements
    use finshell_blocks, only: new_blocks
-   use finshell_cliques, only: cliques_t
    use finshell_equations, only: equations_t
    use finshell_freedoms, only: n_corners, n_nodal
    use finshell_kinds, only: wp
@@ -13,7 +12,7 @@ module finshell_joint_stiffness
    use finshell_state, only: state_t
    implicit none
    private
-   public :: link_nodes, no_cliques, place_links, add_joint_stiffness, add_at_node
+   public :: link_nodes, place_links, add_joint_stiffness, add_at_node
 
 contains
 
@@ -66,12 +65,6 @@ contains
       end do
       call new_blocks(linked%blocks, equations, first, node(:first(size(first)) - 1), n_nodal)
    end subroutine link_nodes
-
-   pure function no_cliques() result(none)
-      type(cliques_t) :: none
-      none%first = [1]
-      allocate (none%equation(0))
-   end function no_cliques
 
    !> Give the blocks to an assembly with a pattern that has their cliques.
    subroutine place_links(assembly, linked, elements, pattern)
