@@ -6,6 +6,7 @@
 !> judged on their own.
 module finshell_mechanism
    use finshell_kinds, only: wp, dp
+   use finshell_lapack, only: dsyev
    use finshell_freedoms, only: n_membrane, n_nodal, membrane_at, rx, rz, ux, uz
    use finshell_rotation, only: cross_product
    use finshell_status, only: status_singular_matrix, status_input_error
@@ -21,18 +22,6 @@ module finshell_mechanism
    real(wp), parameter :: tolerance = 1.0e-9_wp !< of squared, scaled conditions: below it a motion is free
    integer, parameter :: most_parts = 40 !< that are judged together: larger clusters are left to the factorisation
    character(len=1), parameter :: axis_name(3) = ['x', 'y', 'z']
-
-   interface
-      !> LAPACK: eigenvalues and eigenvectors of a symmetric matrix. It fails for no finite one.
-      pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
-         import :: dp
-         character(len=1), intent(in) :: jobz, uplo
-         integer, intent(in) :: n, lda, lwork
-         real(dp), intent(inout) :: a(lda, *)
-         real(dp), intent(out) :: w(*), work(*)
-         integer, intent(out) :: info
-      end subroutine dsyev
-   end interface
 
 contains
 

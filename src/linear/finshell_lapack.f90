@@ -46,8 +46,8 @@ module finshell_lapack
          integer, intent(out) :: info
       end subroutine dsytrs
 
-      !> Eigenvalues, rising, of a dense symmetric matrix.
-      subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+      !> Eigenvalues, rising, of a dense symmetric matrix, and its eigenvectors in its place. It fails for no finite one.
+      pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
          import :: dp
          character, intent(in) :: jobz, uplo
          integer, intent(in) :: n, lda, lwork

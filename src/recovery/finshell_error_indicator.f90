@@ -13,6 +13,7 @@ module finshell_error_indicator
    use finshell_error, only: error_t
    use finshell_freedoms, only: n_nodal
    use finshell_kinds, only: wp, dp
+   use finshell_lapack, only: dsyev
    use finshell_state, only: linear_change_t, moved_state, small_part, state_t
    use finshell_status, only: status_ok
    use finshell_strain_batch, only: element_strains_t, recover_strains, strain_points
@@ -49,18 +50,6 @@ module finshell_error_indicator
       real(wp), allocatable :: stiffness(:, :, :) !< (6, 6, elements), made definite; unallocated: not asked for
       logical, allocatable :: missing(:)
    end type surface_strains_t
-
-   interface
-      !> LAPACK: eigenvalues and eigenvectors of a symmetric matrix.
-      pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
-         import :: dp
-         character, intent(in) :: jobz, uplo
-         integer, intent(in) :: n, lda, lwork
-         real(dp), intent(inout) :: a(lda, *)
-         real(dp), intent(out) :: w(*), work(*)
-         integer, intent(out) :: info
-      end subroutine dsyev
-   end interface
 
 contains
 
