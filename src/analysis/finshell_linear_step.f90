@@ -7,7 +7,7 @@
 !> The result is geometrically linear: displacements, spins and what follows from them change in proportion to the load. It is
 !> given to the observer; the state itself stays, so that the next step begins where this one did.
 module finshell_linear_step
-   use finshell_kinds, only: wp, dp
+   use finshell_kinds, only: wp
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_error, only: error_t, raise, text_of
    use finshell_equations, only: field_pressure, gather, scatter

@@ -5,7 +5,7 @@ module finshell_imperfect
    use finshell_error, only: error_t, raise, text_of
    use finshell_freedoms, only: ux, uz
    use finshell_hdf5, only: hdf5_file_t, hdf5_integer, hdf5_real, hdf5_table_t
-   use finshell_imperfection, only: bend_reference, from_file, from_results, from_step, imperfection_t, random_waves, wave_field
+   use finshell_imperfection, only: bend_reference, from_file, from_results, from_step, wave_field
    use finshell_input, only: input_t
    use finshell_input_imperfection, only: modes_end
    use finshell_job, only: follow_step, may_float

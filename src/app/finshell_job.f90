@@ -2,7 +2,7 @@
 module finshell_job
    use finshell_buckling, only: solve_buckling
    use finshell_dynamic, only: solve_dynamic
-   use finshell_equations, only: equations_t, free_part
+   use finshell_equations, only: free_part
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t
    use finshell_explicit, only: solve_explicit

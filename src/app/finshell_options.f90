@@ -1,7 +1,7 @@
 !> The command line.
 module finshell_options
-   use finshell_commands, only: command_t, commands, exit_incomplete, exit_input, exit_interrupted, exit_ok, find_command, &
-      find_option, list_of_commands, of_table => options, takes_option
+   use finshell_commands, only: commands, exit_incomplete, exit_input, exit_interrupted, exit_ok, find_command, find_option, &
+      list_of_commands, of_table => options, takes_option
    use finshell_error, only: text_of
    use finshell_field, only: name_t
    use finshell_kinds, only: wp

@@ -3,7 +3,7 @@ module finshell_study_report
    use, intrinsic :: iso_fortran_env, only: output_unit
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp
-   use finshell_ladder, only: predicted_cost, rung_done, rung_failed, rung_left, rung_t, study_t
+   use finshell_ladder, only: predicted_cost, rung_done, rung_failed, rung_t, study_t
    use finshell_options, only: options_t
    use finshell_status, only: status_io_error
    use finshell_text_plot, only: text_plot

@@ -12,7 +12,7 @@ module finshell_assembly
    use finshell_kinds, only: wp, i4
    use finshell_linked_elements, only: linked_elements_t
    use finshell_node_axes, only: to_node_axes
-   use finshell_freedoms, only: n_corners, n_membrane, n_nodal, n_shell, shell_displacements
+   use finshell_freedoms, only: n_corners, n_membrane, n_shell, shell_displacements
    use finshell_places, only: find_places, places_t
    use finshell_section, only: section_t
    use finshell_scatter, only: scatter_t, new_scatter, add_element_matrix

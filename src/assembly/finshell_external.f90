@@ -3,7 +3,7 @@
 !> `new_external` is the table of kinds: what the input states becomes items of the list.
 module finshell_external
    use finshell_kinds, only: wp, i4
-   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
+   use finshell_freedoms, only: n_nodal, rx, rz
    use finshell_acting_load, only: load_item_t, append, on_nothing, displacements_only, with_rotations
    use finshell_assembly, only: assembly_t
    use finshell_centrifugal, only: add_centrifugal
@@ -14,16 +14,15 @@ module finshell_external
    use finshell_edge_load, only: add_edge_load
    use finshell_equations, only: equations_t
    use finshell_error, only: error_t, raise
-   use finshell_factor, only: by_load_factor, by_constant_factor, by_release, unscaled, factor_at, number_of_factors
+   use finshell_factor, only: by_load_factor, by_constant_factor, by_release, unscaled, number_of_factors
    use finshell_chambers, only: chambers_t, new_chambers
    use finshell_follower_load, only: add_pressure_load, pressed_region_t
    use finshell_foundation, only: add_foundation
    use finshell_hydrostatic, only: add_hydrostatic
    use finshell_load, only: load_t, load_nodal, load_edge, load_traction, load_gravity, load_pressure
-   use finshell_mesh, only: mesh_t
    use finshell_point_masses, only: mass_blocks_t, new_mass_blocks, pull_masses, spin_masses
    use finshell_sparsity, only: sparsity_t
-   use finshell_state, only: state_t, move_state, new_state
+   use finshell_state, only: state_t, move_state
    use finshell_status, only: status_invalid_argument
    use finshell_structure, only: structure_t
    use finshell_team, only: leads, shared, team_t

@@ -4,7 +4,7 @@ module finshell_mass_assembly
    use finshell_assembly, only: assembly_t, add_element_contributions
    use finshell_discretisation, only: gather_motion, freedoms
    use finshell_error, only: error_t, raise, text_of
-   use finshell_freedoms, only: n_corners, n_nodal, rx, ux, uz
+   use finshell_freedoms, only: n_corners, n_nodal
    use finshell_linked_mass, only: linked_mass
    use finshell_mass, only: mass_elements, mass_membranes
    use finshell_rotation, only: cross_product

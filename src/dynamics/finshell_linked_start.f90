@@ -5,7 +5,7 @@ module finshell_linked_start
    use finshell_equations, only: equations_t, gather, scatter
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t
-   use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
+   use finshell_freedoms, only: n_nodal
    use finshell_inertia, only: stiffen
    use finshell_kinds, only: wp
    use finshell_status, only: status_singular_matrix

@@ -7,7 +7,6 @@
 !> positive definite, A has the inertia of S with as many positive values more as there are inner equations (Haynsworth 1968): this
 !> is a solver for matrices that are indefinite because of long waves, too. Where a part is not definite it refuses.
 module finshell_parts
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use finshell_blas_threads, only: to_blas, to_openmp
    use finshell_cholmod, only: cholmod_t
    use finshell_direct_solver, only: direct_solver_t, pivots_t, threads_of

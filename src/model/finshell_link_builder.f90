@@ -2,7 +2,7 @@
 !> the largest coefficient as pivot; joints are put in an order in which each depends on those before it. What cannot be is refused
 !> by name.
 module finshell_link_builder
-   use finshell_error, only: error_t, raise, text_of
+   use finshell_error, only: error_t, raise
    use finshell_freedoms, only: n_nodal, uz
    use finshell_joint, only: joint_t, joints_t, linear_equation_t
    use finshell_kinds, only: wp

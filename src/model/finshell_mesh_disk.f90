@@ -4,7 +4,7 @@
 !> of slender triangles at the centre; outside of the core it stays the same. The longer the rim edges compared with the width of
 !> the rings, the better a disk bears being stretched radially to a multiple of its size.
 module finshell_mesh_disk
-   use finshell_kinds, only: wp, dp, i8
+   use finshell_kinds, only: wp, i8
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_input_error
    use finshell_mesh, only: mesh_t, new_mesh, add_node_set, add_edge_set

@@ -1,6 +1,6 @@
 !> Steps: how the path of equilibrium states is followed, from the state where the step before ended. Data only.
 module finshell_step
-   use finshell_kinds, only: wp, i4
+   use finshell_kinds, only: wp
    use finshell_status, only: status_invalid_argument
    use finshell_error, only: error_t, raise
    use finshell_factor, only: by_load_factor, by_release

@@ -5,7 +5,7 @@
 !> subspaces, and the node gets one orthonormal set of axes in which both are spanned by axes. Two planes of symmetry that
 !> meet at any angle are therefore fine; only different values for the same direction, or subspaces without common axes, are errors.
 module finshell_support
-   use finshell_kinds, only: wp, i4
+   use finshell_kinds, only: wp
    use finshell_freedoms, only: n_nodal, uz
    use finshell_rotation, only: cross_product
    use finshell_status, only: status_invalid_argument

@@ -8,14 +8,13 @@ module finshell_monitoring
    use finshell_enclosed_volume, only: volume_behind
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error_indicator, only: estimate_error, indicator_t
-   use finshell_field, only: field_t, motion_columns
+   use finshell_field, only: motion_columns
    use finshell_field_batch, only: element_field_t, element_fields, n_element_fields
    use finshell_mesh, only: mesh_t, find_element_set, find_node_set, twice_area_vector
-   use finshell_monitor, only: monitor_t, output_t, wanted_fields, reduce_mean, reduce_sum, reduce_max, reduce_min
+   use finshell_monitor, only: monitor_t, reduce_mean, reduce_sum, reduce_max, reduce_min
    use finshell_node_fields, only: node_field_t, node_fields, node_results_t, n_node_fields
    use finshell_recovery, only: recovery_t, recover, recovered
-   use finshell_result_fields, only: result_field_t, result_fields, place_name, error_entry, on_connector, on_cut, on_nodes, &
-      on_elements
+   use finshell_result_fields, only: result_field_t, result_fields, error_entry, on_connector, on_cut, on_nodes, on_elements
    use finshell_rotation, only: cross_product
    use finshell_section_force, only: section_resultant
    use finshell_state, only: state_t, moved_state, linear_change_t, small_part

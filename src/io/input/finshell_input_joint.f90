@@ -5,13 +5,13 @@ module finshell_input_joint
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: number_of_factors
    use finshell_freedoms, only: uz
-   use finshell_input_common, only: get_set, get_sets, kind_element, kind_node
+   use finshell_input_common, only: get_set, get_sets, kind_node
    use finshell_input_tie, only: read_tie
    use finshell_joint, only: joint_t, joints_t, linear_equation_t, origin_t
    use finshell_kinds, only: wp
    use finshell_link_builder, only: component_names
    use finshell_mesh, only: find_node_set, mesh_size, mesh_t, node_text
-   use finshell_namelist, only: check_all_used, complain_about, count_groups, get, get_strings, group_t, has, namelist_t
+   use finshell_namelist, only: check_all_used, complain_about, count_groups, get, get_strings, group_t, namelist_t
    use finshell_partner, only: shifted_partner
    use finshell_status, only: status_input_error
    use finshell_structure, only: structure_t, turning_nodes

@@ -1,7 +1,6 @@
 !> The groups &output of an input file: the result files, and what else a run writes.
 module finshell_input_output
    use finshell_kinds, only: wp
-   use finshell_connector, only: connector_t, find_connector, is_spring
    use finshell_error, only: error_t
    use finshell_input_common, only: check_name, get_set, kind_element, kind_node
    use finshell_input_preset, only: preset_t

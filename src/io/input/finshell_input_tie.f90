@@ -1,7 +1,7 @@
 !> The group &tie of an input file: nodes joined to nodes at the same place, or to a surface.
 module finshell_input_tie
    use finshell_error, only: error_t, text_of
-   use finshell_input_common, only: get_set, kind_node, position_of
+   use finshell_input_common, only: get_set, kind_node
    use finshell_joint, only: joint_t, joints_t
    use finshell_kinds, only: wp
    use finshell_mesh, only: element_set_names, find_element_set, find_node_set, mesh_size, mesh_t, node_set_names, node_text

@@ -14,7 +14,7 @@ module finshell_results
    use finshell_kinds, only: i8, wp
    use finshell_mesh, only: mesh_t
    use finshell_record_tables, only: attach_table, record_tables_t
-   use finshell_status, only: status_invalid_argument, status_io_error
+   use finshell_status, only: status_invalid_argument
    use finshell_storage, only: check_range, storage_t
    use finshell_stored_sets, only: write_sets
    use finshell_vtkhdf, only: compare_mesh, index_splits, same_lists, same_ranks, same_values, write_mesh
