@@ -16,7 +16,7 @@ import installed  # noqa: E402
 MODULE = os.path.join(installed.SOURCE, "api", "finshell_c.f90")
 LIBRARY = os.environ.get("FINSHELL_LIB", "")
 FLANG = next((path for path in map(shutil.which, ("flang-new", "flang", "flang-new-19", "flang-19")) if path), None)
-STRUCTURES = ("status", "parameter", "layer", "elements", "field_entry")
+STRUCTURES = ("status", "parameter", "elements", "field_entry")
 # What an argument of the header is in Fortran (name left out).
 KINDS = {
     "int32_t": "integer(c_int32_t), value", "double": "real(c_double), value",
@@ -25,7 +25,7 @@ KINDS = {
     "const char *": "character(kind=c_char), intent(in) (*)", "char *": "character(kind=c_char), intent(inout), optional (*)",
     "const char *const *": "type(c_ptr), intent(in), optional (*)", "const finshell_section *": "type(c_ptr), value",
     "finshell_section *": "type(c_ptr), value", "finshell_section **": "type(c_ptr), intent(out)",
-    "const finshell_layer *": "type(finshell_layer), intent(in), optional (*)",
+    "finshell_section_builder *": "type(c_ptr), value", "finshell_section_builder **": "type(c_ptr), intent(out)",
     "const finshell_elements *": "type(finshell_elements), intent(in)",
     "finshell_parameter *": "type(finshell_parameter), intent(out), optional",
     "finshell_field_entry *": "type(finshell_field_entry), intent(out), optional"}
@@ -111,7 +111,7 @@ class Interface(unittest.TestCase):
         cls.module = re.sub(r" *&\n *", " ", cls.module)
 
     def test_functions(self):
-        expected = re.findall(r"^(const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.header, re.M)
+        expected = re.findall(r"^FINSHELL_API (const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.header, re.M)
         bodies = {name: (arguments, body) for name, arguments, body in
                   re.findall(r"(?:function|subroutine) (finshell_\w+)\((.*?)\)(?: result\(\w+\))? bind\(c\)\n(.*?)\n *end ", self.module, re.S)}
         self.assertEqual(set(bodies), {name for _, name, _ in expected})
@@ -174,7 +174,7 @@ class Interface(unittest.TestCase):
         if importlib.util.find_spec("numpy"):
             sys.path.insert(0, os.path.join(installed.SOURCE, "api", "python"))
             from finshell import _library
-            by_ctypes = {"status": _library.Status, "parameter": _library.CParameter, "layer": _library.CLayer,
+            by_ctypes = {"status": _library.Status, "parameter": _library.CParameter,
                          "elements": _library.CElements, "field_entry": _library.CField}
             lines = []
             for name, fields in members.items():

@@ -5,12 +5,12 @@ import ctypes
 import enum
 import weakref
 from dataclasses import dataclass
-from typing import Any, Mapping, Optional, Sequence, Tuple
+from typing import Any, Mapping, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 
 from ._field import fields
-from ._library import (CElements, CLayer, Codes, Doubles, Status, array, check, code_pointer, library, pairs, pointer)
+from ._library import (CElements, Codes, Doubles, Status, array, check, code_pointer, library, pairs, pointer)
 
 
 class Rotation(enum.IntEnum):
@@ -99,44 +99,57 @@ class _Elements:
         self.reference = ctypes.byref(block)
 
 
+def _one_layer(material: str, parameters: Mapping[str, float], thickness: float, options: Mapping[str, float]) -> ctypes.c_void_p:
+    """The handle of a section of one layer, which shares the options of the section."""
+    names, values = pairs(list(parameters), list(parameters.values()))
+    option_names, option_values = pairs(list(options), list(options.values()))
+    handle, status = ctypes.c_void_p(), Status()
+    library().finshell_section_create(material.encode(), len(parameters), names, values, thickness, len(options), option_names,
+                                      option_values, ctypes.byref(handle), ctypes.byref(status))
+    check(status)
+    return handle
+
+
+def _layered(layers: Sequence[Layer], options: Mapping[str, float]) -> ctypes.c_void_p:
+    """The handle of a section of layers."""
+    lib, builder, handle, status = library(), ctypes.c_void_p(), ctypes.c_void_p(), Status()
+    lib.finshell_builder_begin(ctypes.byref(builder), ctypes.byref(status))
+    check(status)
+    for layer in layers:  # a failure comes back from the last call
+        lib.finshell_builder_layer(builder, layer.thickness, layer.angle, layer.points, layer.density, None)
+        names, values = pairs(list(layer.parameters), list(layer.parameters.values()))
+        lib.finshell_builder_law(builder, layer.material.encode(), len(layer.parameters), names, values, None)
+    for name, value in options.items():
+        lib.finshell_builder_option(builder, name.encode(), value, None)
+    lib.finshell_builder_build(builder, ctypes.byref(handle), ctypes.byref(status))
+    lib.finshell_builder_destroy(builder)
+    check(status)
+    return handle
+
+
 class Section:
     """What elements are made of; immutable, shared by any number of threads."""
 
-    def __init__(self, material: str, parameters: Mapping[str, float], thickness: float, **options: float) -> None:
-        """One layer. Options: thickness_points, formulation (1: S, 2: P), beta0, arc (1 or 0), offset, density; membrane,
-        wrinkling (True or False), slack."""
-        names, values = pairs(list(parameters), list(parameters.values()))
-        option_names, option_values = pairs(list(options), list(options.values()))
-        handle, status = ctypes.c_void_p(), Status()
-        library().finshell_section_create(material.encode(), len(parameters), names, values, thickness, len(options), option_names,
-                                          option_values, ctypes.byref(handle), ctypes.byref(status))
-        check(status)
-        self._own(handle, 1)
+    @overload
+    def __init__(self, material: str, parameters: Mapping[str, float], thickness: float, **options: float) -> None: ...
 
-    @classmethod
-    def layered(cls, layers: Sequence[Layer], **options: float) -> "Section":
-        """Layers, bottom to top. Options: formulation, beta0, arc, offset, membrane, wrinkling, slack."""
-        c_layers = (CLayer * len(layers))()
-        kept = []
-        for c, layer in zip(c_layers, layers):
-            names, values = pairs(list(layer.parameters), list(layer.parameters.values()))
-            kept.append((names, values))
-            c.material, c.names, c.values = layer.material.encode(), names, values
-            c.parameters, c.points = len(layer.parameters), layer.points
-            c.thickness, c.angle, c.density = layer.thickness, layer.angle, layer.density
-        option_names, option_values = pairs(list(options), list(options.values()))
-        handle, status = ctypes.c_void_p(), Status()
-        library().finshell_section_create_layered(len(layers), c_layers, len(options), option_names, option_values,
-                                                  ctypes.byref(handle), ctypes.byref(status))
-        check(status)
-        section = cls.__new__(cls)
-        section._own(handle, len(layers))
-        return section
+    @overload
+    def __init__(self, material: Sequence[Layer], **options: float) -> None: ...
 
-    def _own(self, handle: ctypes.c_void_p, layers: int) -> None:
-        self._handle, self._layers = handle, layers
-        weakref.finalize(self, library().finshell_section_destroy, handle)
-        self.freedoms = int(library().finshell_section_freedoms(handle, None))  # of an element: 18, of a membrane 9
+    def __init__(self, material: Union[str, Sequence[Layer]], parameters: Optional[Mapping[str, float]] = None,
+                 thickness: float = 0.0, **options: float) -> None:
+        """One layer, of a law, its parameters and a thickness; or a list of `Layer`s, bottom to top.
+
+        Options: formulation (1: S, 2: P), beta0, arc (1 or 0), offset, membrane, wrinkling (True or False), slack; of one layer
+        given by its law thickness_points and density, too.
+        """
+        if isinstance(material, str):
+            self._handle = _one_layer(material, parameters or {}, thickness, options)
+        else:
+            self._handle = _layered(material, options)
+        weakref.finalize(self, library().finshell_section_destroy, self._handle)
+        self._layers = 1 if isinstance(material, str) else len(material)
+        self.freedoms = int(library().finshell_section_freedoms(self._handle, None))  # of an element: 18, of a membrane 9
 
     def evaluate(self, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
                  direction: Any = None, normals: Any = None, toward: Any = None, straight: Any = None, energy: bool = True,

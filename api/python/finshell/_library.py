@@ -29,14 +29,6 @@ class Status(ctypes.Structure):
     _fields_ = [("code", ctypes.c_int32), ("index", ctypes.c_int32), ("failed", ctypes.c_int32), ("message", ctypes.c_char * 244)]
 
 
-class CLayer(ctypes.Structure):
-    """finshell_layer of finshell.h."""
-
-    _fields_ = [("material", ctypes.c_char_p), ("names", ctypes.POINTER(ctypes.c_char_p)),
-                ("values", ctypes.POINTER(ctypes.c_double)), ("parameters", ctypes.c_int32), ("points", ctypes.c_int32),
-                ("thickness", ctypes.c_double), ("angle", ctypes.c_double), ("density", ctypes.c_double)]
-
-
 class CParameter(ctypes.Structure):
     """finshell_parameter of finshell.h."""
 
@@ -112,6 +104,7 @@ _E = ctypes.POINTER(CElements)
 _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_abi": (_I, []),
     "finshell_version_text": (ctypes.c_char_p, []),
+    "finshell_version_number": (_I, []),
     "finshell_cpu_level": (_I, []),
     "finshell_message": (_I, [_I, ctypes.c_char_p, _I]),
     "finshell_material_count": (_I, []),
@@ -119,7 +112,12 @@ _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_material_parameter_count": (_I, [ctypes.c_char_p, _S]),
     "finshell_material_parameter": (_I, [ctypes.c_char_p, _I, ctypes.POINTER(CParameter), _S]),
     "finshell_section_create": (_I, [ctypes.c_char_p, _I, _N, _D, ctypes.c_double, _I, _N, _D, ctypes.POINTER(_P), _S]),
-    "finshell_section_create_layered": (_I, [_I, ctypes.POINTER(CLayer), _I, _N, _D, ctypes.POINTER(_P), _S]),
+    "finshell_builder_begin": (_I, [ctypes.POINTER(_P), _S]),
+    "finshell_builder_layer": (_I, [_P, ctypes.c_double, ctypes.c_double, _I, ctypes.c_double, _S]),
+    "finshell_builder_law": (_I, [_P, ctypes.c_char_p, _I, _N, _D, _S]),
+    "finshell_builder_option": (_I, [_P, ctypes.c_char_p, ctypes.c_double, _S]),
+    "finshell_builder_build": (_I, [_P, ctypes.POINTER(_P), _S]),
+    "finshell_builder_destroy": (None, [_P]),
     "finshell_section_destroy": (None, [_P]),
     "finshell_section_freedoms": (_I, [_P, _S]),
     "finshell_elements_evaluate": (_I, [_P, _E, _D, _D, _D, _C, _S]),
