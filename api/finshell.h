@@ -228,6 +228,54 @@ FINSHELL_API void finshell_section_destroy(finshell_section *section);
 /* Freedoms of an element of a section: 18, of a membrane 9. Errors: -1. Since 0.1. */
 FINSHELL_API int32_t finshell_section_freedoms(const finshell_section *section, finshell_status *status);
 
+/* What a section is. Set `size` first, as of a finshell_elements block; the rest is filled, and what the library does not know is 0. */
+typedef struct finshell_properties {
+   uint64_t size;           /* sizeof(finshell_properties) */
+   int32_t layers;          /* number of layers */
+   int32_t freedoms;        /* of an element: 18, of a membrane 9 */
+   int32_t formulation;     /* 1: (S), 2: (P); 1 of membranes */
+   int32_t isotropic;       /* 1: no layer depends on the material direction */
+   int32_t membrane;        /* 1 or 0, as the options */
+   int32_t wrinkling;
+   double thickness;        /* of all layers */
+   double offset;           /* height of the middle above the surface of the nodes */
+   double areal_mass;       /* integrals of density times 1, z and z^2 through the thickness, z from the surface of the nodes */
+   double first_moment;
+   double rotatory_inertia;
+} finshell_properties;
+
+/* A layer of a section; `size` as in finshell_properties. */
+typedef struct finshell_layer {
+   uint64_t size;      /* sizeof(finshell_layer) */
+   char law[32];       /* name of the law */
+   int32_t parameters; /* number of its parameters, see finshell_section_parameter */
+   int32_t points;     /* Gauss points through the layer, of flat elements; of membranes 0 */
+   double thickness;
+   double angle;   /* degrees, from the element's material direction to axis 1 of the law */
+   double density; /* mass per reference volume */
+   double height;  /* of its middle above the surface of the nodes */
+} finshell_layer;
+
+/* What a section is as a whole. Errors: -1; 2 a number overflows. Since 0.1. */
+FINSHELL_API int32_t finshell_section_properties(const finshell_section *section, finshell_properties *properties,
+                                                 finshell_status *status);
+
+/* Layer i (from 0, bottom to top). Errors: -1 no such layer. Since 0.1. */
+FINSHELL_API int32_t finshell_section_layer(const finshell_section *section, int32_t i, finshell_layer *layer,
+                                            finshell_status *status);
+
+/* Parameter i (from 0) of the law of a layer (from 0): its name into name[size], and its value, given or the default; both may be
+ * NULL. Errors: -1 no such layer or parameter. Since 0.1. */
+FINSHELL_API int32_t finshell_section_parameter(const finshell_section *section, int32_t layer, int32_t i, char *name,
+                                                int32_t size, double *value, finshell_status *status);
+
+/* Stiffness of the section at rest, about the surface of the nodes, in the element's material axes: (N11, N22, N12, M11, M22, M12)
+ * from (E11, E22, 2 E12, K11, K22, 2 K12), as (A, B; B, D) in the theory of laminates.
+ *   stiffness [6][6]   symmetric. Fibres that act in tension only are slack. Of membranes B and D are zeros; if they wrinkle, A is
+ *                      that of the taut one
+ * Errors: -1; 2 a law has no tangent at rest, or a number overflows. Since 0.1. */
+FINSHELL_API int32_t finshell_section_stiffness(const finshell_section *section, double *stiffness, finshell_status *status);
+
 /* ------------------------------------------------------------------ elements */
 
 /* What a call is about: n elements of one section, their motion, and what is known of them. Set all to zero first ({0}), then

@@ -45,6 +45,32 @@ module finshell_c
       integer(c_int32_t) :: padding
    end type finshell_parameter
 
+   type, bind(c) :: finshell_properties
+      integer(c_int64_t) :: size = 0 !< c_sizeof of this
+      integer(c_int32_t) :: layers = 0
+      integer(c_int32_t) :: freedoms = 0
+      integer(c_int32_t) :: formulation = 0
+      integer(c_int32_t) :: isotropic = 0
+      integer(c_int32_t) :: membrane = 0
+      integer(c_int32_t) :: wrinkling = 0
+      real(c_double) :: thickness = 0
+      real(c_double) :: offset = 0
+      real(c_double) :: areal_mass = 0
+      real(c_double) :: first_moment = 0
+      real(c_double) :: rotatory_inertia = 0
+   end type finshell_properties
+
+   type, bind(c) :: finshell_layer
+      integer(c_int64_t) :: size = 0 !< c_sizeof of this
+      character(kind=c_char) :: law(32) = ' '
+      integer(c_int32_t) :: parameters = 0
+      integer(c_int32_t) :: points = 0
+      real(c_double) :: thickness = 0
+      real(c_double) :: angle = 0
+      real(c_double) :: density = 0
+      real(c_double) :: height = 0
+   end type finshell_layer
+
    type, bind(c) :: finshell_elements
       integer(c_int64_t) :: size = 0 !< c_sizeof of this
       integer(c_int32_t) :: n = 0
@@ -209,6 +235,44 @@ module finshell_c
          type(finshell_status), intent(out), optional :: status
          integer(c_int32_t) :: number
       end function finshell_section_freedoms
+
+      function finshell_section_properties(section, properties, status) result(code) bind(c)
+         import :: c_int32_t, c_ptr, finshell_properties, finshell_status
+         type(c_ptr), value :: section
+         type(finshell_properties), intent(inout), optional :: properties
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_properties
+
+      function finshell_section_layer(section, i, layer, status) result(code) bind(c)
+         import :: c_int32_t, c_ptr, finshell_layer, finshell_status
+         type(c_ptr), value :: section
+         integer(c_int32_t), value :: i
+         type(finshell_layer), intent(inout), optional :: layer
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_layer
+
+      function finshell_section_parameter(section, layer, i, name, size, value, status) result(code) bind(c)
+         import :: c_char, c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: section
+         integer(c_int32_t), value :: layer
+         integer(c_int32_t), value :: i
+         ! allow(C072)
+         character(kind=c_char), intent(inout), optional :: name(*)
+         integer(c_int32_t), value :: size
+         real(c_double), intent(out), optional :: value(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_parameter
+
+      function finshell_section_stiffness(section, stiffness, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: section
+         real(c_double), intent(out), optional :: stiffness(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_stiffness
 
       function finshell_elements_evaluate(section, elements, energy, force, tangent, codes, status) result(code) bind(c)
          import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status

@@ -19,6 +19,15 @@ static void refused(const finshell_section *section)
    CHECK(finshell_mass_matrix(section, 3, p.X, NULL, lumped, codes, &status) == -1);
    CHECK(strstr(status.message, "finshell_mass_matrix: section is no handle") != NULL);
    CHECK(finshell_evaluate(section, 0, NULL, NULL, NULL, 1, NULL, NULL, NULL, NULL, NULL, NULL, 1, NULL) == -1);
+   finshell_properties properties = {0};
+   finshell_layer layer = {0};
+   properties.size = sizeof properties;
+   layer.size = sizeof layer;
+   CHECK(finshell_section_properties(section, &properties, &status) == -1 && properties.layers == 0);
+   CHECK(strstr(status.message, "finshell_section_properties: section is no handle") != NULL);
+   CHECK(finshell_section_layer(section, 0, &layer, NULL) == -1 && layer.points == 0);
+   CHECK(finshell_section_parameter(section, 0, 0, NULL, 0, energy, NULL) == -1);
+   CHECK(finshell_section_stiffness(section, lumped, NULL) == -1);
    CHECK(energy[0] == 7 && stretch[0] == 7 && lumped[0] == 7 && codes[0] == 7);
    free_patch(p);
 }

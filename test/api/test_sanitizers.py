@@ -16,8 +16,8 @@ import unittest
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import installed  # noqa: E402
 
-PROGRAMS = (("test_capi_errors", ()), ("test_capi_builder", ()), ("test_capi_elements", ()), ("test_capi_physics", ()),
-            ("test_capi_pressure", ()), ("test_capi_batch", ("9",)), ("test_capi_fuzz", ("300",)))  # a few elements are enough
+PROGRAMS = (("test_capi_errors", ()), ("test_capi_builder", ()), ("test_capi_sections", ()), ("test_capi_elements", ()),
+            ("test_capi_physics", ()), ("test_capi_pressure", ()), ("test_capi_batch", ("9",)), ("test_capi_fuzz", ("300",)))  # a few elements are enough
 
 
 def build(name, flags):

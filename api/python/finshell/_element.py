@@ -3,14 +3,14 @@ from __future__ import annotations
 
 import ctypes
 import enum
-import weakref
 from dataclasses import dataclass
-from typing import Any, Mapping, Optional, Sequence, Tuple, Union, overload
+from typing import Any, Optional, Tuple
 
 import numpy as np
 
 from ._field import fields
-from ._library import (CElements, Codes, Doubles, Status, array, check, code_pointer, library, pairs, pointer)
+from ._library import CElements, Codes, Doubles, Status, array, check, code_pointer, library, pointer
+from ._section import SectionBase
 
 
 class Rotation(enum.IntEnum):
@@ -27,18 +27,6 @@ class Sheet(enum.IntEnum):
     SLACK = 0
     WRINKLED = 1  # tension along the ridges only
     TAUT = 2
-
-
-@dataclass
-class Layer:
-    """One layer of a section; angle in degrees."""
-
-    material: str
-    parameters: Mapping[str, float]
-    thickness: float
-    angle: float = 0.0
-    points: int = 0  # 0: by the law; membranes have none
-    density: float = 0.0
 
 
 @dataclass
@@ -99,57 +87,8 @@ class _Elements:
         self.reference = ctypes.byref(block)
 
 
-def _one_layer(material: str, parameters: Mapping[str, float], thickness: float, options: Mapping[str, float]) -> ctypes.c_void_p:
-    """The handle of a section of one layer, which shares the options of the section."""
-    names, values = pairs(list(parameters), list(parameters.values()))
-    option_names, option_values = pairs(list(options), list(options.values()))
-    handle, status = ctypes.c_void_p(), Status()
-    library().finshell_section_create(material.encode(), len(parameters), names, values, thickness, len(options), option_names,
-                                      option_values, ctypes.byref(handle), ctypes.byref(status))
-    check(status)
-    return handle
-
-
-def _layered(layers: Sequence[Layer], options: Mapping[str, float]) -> ctypes.c_void_p:
-    """The handle of a section of layers."""
-    lib, builder, handle, status = library(), ctypes.c_void_p(), ctypes.c_void_p(), Status()
-    lib.finshell_builder_begin(ctypes.byref(builder), ctypes.byref(status))
-    check(status)
-    for layer in layers:  # a failure comes back from the last call
-        lib.finshell_builder_layer(builder, layer.thickness, layer.angle, layer.points, layer.density, None)
-        names, values = pairs(list(layer.parameters), list(layer.parameters.values()))
-        lib.finshell_builder_law(builder, layer.material.encode(), len(layer.parameters), names, values, None)
-    for name, value in options.items():
-        lib.finshell_builder_option(builder, name.encode(), value, None)
-    lib.finshell_builder_build(builder, ctypes.byref(handle), ctypes.byref(status))
-    lib.finshell_builder_destroy(builder)
-    check(status)
-    return handle
-
-
-class Section:
+class Section(SectionBase):
     """What elements are made of; immutable, shared by any number of threads."""
-
-    @overload
-    def __init__(self, material: str, parameters: Mapping[str, float], thickness: float, **options: float) -> None: ...
-
-    @overload
-    def __init__(self, material: Sequence[Layer], **options: float) -> None: ...
-
-    def __init__(self, material: Union[str, Sequence[Layer]], parameters: Optional[Mapping[str, float]] = None,
-                 thickness: float = 0.0, **options: float) -> None:
-        """One layer, of a law, its parameters and a thickness; or a list of `Layer`s, bottom to top.
-
-        Options: formulation (1: S, 2: P), beta0, arc (1 or 0), offset, membrane, wrinkling (True or False), slack; of one layer
-        given by its law thickness_points and density, too.
-        """
-        if isinstance(material, str):
-            self._handle = _one_layer(material, parameters or {}, thickness, options)
-        else:
-            self._handle = _layered(material, options)
-        weakref.finalize(self, library().finshell_section_destroy, self._handle)
-        self._layers = 1 if isinstance(material, str) else len(material)
-        self.freedoms = int(library().finshell_section_freedoms(self._handle, None))  # of an element: 18, of a membrane 9
 
     def evaluate(self, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
                  direction: Any = None, normals: Any = None, toward: Any = None, straight: Any = None, energy: bool = True,
@@ -198,7 +137,7 @@ class Section:
         if field is None:
             raise ValueError(f"unknown field {name!r}, there are: {', '.join(f.name for f in fields())}")
         elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight)
-        places = {"element": (), "surfaces": (3,), "layers": (self._layers,)}[field.at]
+        places = {"element": (), "surfaces": (3,), "layers": (self._properties.layers,)}[field.at]
         values = np.zeros((elements.n, *places, *((len(field.components),) if field.components else ())))
         codes, status = np.zeros(elements.n, np.int32), Status()
         library().finshell_recover_field(self._handle, elements.reference, name.encode(), pointer(values), code_pointer(codes),

@@ -36,6 +36,20 @@ class CParameter(ctypes.Structure):
                 ("example", ctypes.c_double), ("required", ctypes.c_int32), ("padding", ctypes.c_int32)]
 
 
+class CProperties(ctypes.Structure):
+    """finshell_properties of finshell.h."""
+
+    _fields_ = [("size", ctypes.c_uint64), *((name, ctypes.c_int32) for name in ("layers", "freedoms", "formulation", "isotropic", "membrane", "wrinkling")),
+                *((name, ctypes.c_double) for name in ("thickness", "offset", "areal_mass", "first_moment", "rotatory_inertia"))]
+
+
+class CLayer(ctypes.Structure):
+    """finshell_layer of finshell.h."""
+
+    _fields_ = [("size", ctypes.c_uint64), ("law", ctypes.c_char * 32), ("parameters", ctypes.c_int32), ("points", ctypes.c_int32),
+                *((name, ctypes.c_double) for name in ("thickness", "angle", "density", "height"))]
+
+
 class CField(ctypes.Structure):
     """finshell_field_entry of finshell.h."""
 
@@ -120,6 +134,10 @@ _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_builder_destroy": (None, [_P]),
     "finshell_section_destroy": (None, [_P]),
     "finshell_section_freedoms": (_I, [_P, _S]),
+    "finshell_section_properties": (_I, [_P, ctypes.POINTER(CProperties), _S]),
+    "finshell_section_layer": (_I, [_P, _I, ctypes.POINTER(CLayer), _S]),
+    "finshell_section_parameter": (_I, [_P, _I, _I, ctypes.c_char_p, _I, _D, _S]),
+    "finshell_section_stiffness": (_I, [_P, _D, _S]),
     "finshell_elements_evaluate": (_I, [_P, _E, _D, _D, _D, _C, _S]),
     "finshell_elements_recover": (_I, [_P, _E, _D, _D, _D, _D, _C, _S]),
     "finshell_elements_wrinkles": (_I, [_P, _E, _C, _D, _C, _S]),
