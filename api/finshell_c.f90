@@ -261,7 +261,7 @@ module finshell_c
          ! allow(C072)
          character(kind=c_char), intent(inout), optional :: name(*)
          integer(c_int32_t), value :: size
-         real(c_double), intent(out), optional :: value(*)
+         real(c_double), intent(out), optional :: value
          type(finshell_status), intent(out), optional :: status
          integer(c_int32_t) :: code
       end function finshell_section_parameter

@@ -5,7 +5,7 @@ module finshell_capi_builder
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_int64_t, c_loc, c_null_ptr, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, text_from
    use finshell_capi_handle, only: card_t, is_marked, name_length, wipe
-   use finshell_capi_recipe, only: add_layer, law_by_name, make_section, recipe_t, set_law, set_option
+   use finshell_capi_recipe, only: add_layer, law_by_name, make_section, recipe_t, set_law, set_option, start
    use finshell_environment, only: environment_t, hold, release
    use finshell_error, only: error_t, raise, text_of
    use finshell_material, only: material_t
@@ -43,6 +43,7 @@ contains
          code = refuse_memory(status, place)
          return
       end if
+      call start(made%recipe)
       builder = c_loc(made)
       code = accept(status)
    end function begin
@@ -171,7 +172,7 @@ contains
       if (.not. allocated(error)) call set_law(builder%recipe, found, card, error)
       if (.not. allocated(error)) then
          code = accept(status)
-      else if (allocated(builder%recipe%plies)) then
+      else if (size(builder%recipe%plies) > 0) then
          code = spoil(place, builder, status, 'layer '//text_of(size(builder%recipe%plies))//': '//error%message)
       else
          code = spoil(place, builder, status, error%message)

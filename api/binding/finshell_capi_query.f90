@@ -1,7 +1,7 @@
 !> C interface: what a section is. See finshell.h for what the functions promise.
 !>
-!> The structures that are filled begin with their size, as the block of a call does (finshell_capi_elements), so that members can be
-!> added at their end.
+!> The structures that are filled begin with their size, as the block of a call does (finshell_capi_elements), so that members can
+!> be added at their end.
 module finshell_capi_query
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_loc, &

@@ -14,9 +14,9 @@ module finshell_capi_recipe
    use finshell_status, only: status_invalid_argument
    implicit none
    private
-   public :: recipe_t, add_layer, set_law, law_by_name, set_option, layer_option, read_pairs, make_section
+   public :: recipe_t, start, add_layer, set_law, law_by_name, set_option, layer_option, read_pairs, make_section
 
-   !> A section to be. Layers from the bottom.
+   !> A section to be, after `start`. Layers from the bottom.
    type :: recipe_t
       type(ply_t), allocatable :: plies(:)
       type(card_t), allocatable :: cards(:)
@@ -31,6 +31,12 @@ module finshell_capi_recipe
 
 contains
 
+   !> No layer yet, all options by default.
+   subroutine start(recipe)
+      type(recipe_t), intent(out) :: recipe
+      allocate (recipe%plies(0), recipe%cards(0), recipe%options(0))
+   end subroutine start
+
    !> One layer more, on top of the others, without a law yet. `memory` is not 0 when there is none.
    subroutine add_layer(recipe, thickness, angle, points, density, memory)
       type(recipe_t), intent(inout) :: recipe
@@ -42,9 +48,10 @@ contains
       type(ply_t), allocatable :: plies(:)
       type(card_t), allocatable :: cards(:)
       integer :: i, n
-      n = 0
-      if (allocated(recipe%plies)) n = size(recipe%plies)
-      allocate (plies(n + 1), cards(n + 1), stat=memory)
+      n = size(recipe%plies)
+      allocate (plies(n + 1), stat=memory)
+      if (memory /= 0) return
+      allocate (cards(n + 1), stat=memory)
       if (memory /= 0) return
       do i = 1, n
          plies(i)%thickness = recipe%plies(i)%thickness
@@ -71,8 +78,7 @@ contains
       type(card_t), intent(in) :: card
       type(error_t), allocatable, intent(inout) :: error
       integer :: n
-      n = 0
-      if (allocated(recipe%plies)) n = size(recipe%plies)
+      n = size(recipe%plies)
       if (n == 0) then
          call raise(error, status_invalid_argument, 'there is no layer yet that could have a law: add one first')
       else if (allocated(recipe%plies(n)%law)) then
@@ -169,7 +175,6 @@ contains
       type(recipe_t), intent(inout) :: recipe
       character(len=name_length), intent(in) :: name
       type(error_t), allocatable, intent(inout) :: error
-      if (.not. allocated(recipe%options)) allocate (recipe%options(0))
       if (any(recipe%options == name)) then
          call raise(error, status_invalid_argument, 'option '''//trim(name)//''' is given twice')
       else
@@ -190,10 +195,6 @@ contains
 
       if (.not. present(section)) then
          code = refuse(status, place, 'section, where the handle is put, is NULL')
-         return
-      end if
-      if (.not. allocated(recipe%plies)) then
-         code = refuse(status, place, 'there is no layer, and a section needs at least one')
          return
       end if
       call check_kind(recipe, error)
@@ -229,19 +230,17 @@ contains
       logical :: membrane
       integer :: i
       membrane = recipe%membrane == 1
-      if (allocated(recipe%options)) then
-         do i = 1, size(recipe%options)
-            select case (recipe%options(i))
-            case ('formulation', 'beta0', 'arc', 'offset', 'thickness_points')
-               if (membrane) call raise(error, status_invalid_argument, &
-                  'a membrane has no option '''//trim(recipe%options(i))//''': it does not bend')
-            case ('wrinkling', 'slack')
-               if (.not. membrane) call raise(error, status_invalid_argument, &
-                  'only a membrane has the option '''//trim(recipe%options(i))//''': give membrane = 1, too')
-            end select
-            if (allocated(error)) return
-         end do
-      end if
+      do i = 1, size(recipe%options)
+         select case (recipe%options(i))
+         case ('formulation', 'beta0', 'arc', 'offset', 'thickness_points')
+            if (membrane) call raise(error, status_invalid_argument, &
+               'a membrane has no option '''//trim(recipe%options(i))//''': it does not bend')
+         case ('wrinkling', 'slack')
+            if (.not. membrane) call raise(error, status_invalid_argument, &
+               'only a membrane has the option '''//trim(recipe%options(i))//''': give membrane = 1, too')
+         end select
+         if (allocated(error)) return
+      end do
       if (.not. membrane) return
       do i = 1, size(recipe%plies)
          if (recipe%plies(i)%points == points_by_law) cycle

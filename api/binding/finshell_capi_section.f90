@@ -6,7 +6,8 @@ module finshell_capi_section
    use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory
    use finshell_capi_elements, only: freedoms_of, receive_section
    use finshell_capi_handle, only: card_t, free_handle, name_length
-   use finshell_capi_recipe, only: add_layer, law_by_name, layer_option, make_section, read_pairs, recipe_t, set_law, set_option
+   use finshell_capi_recipe, only: add_layer, law_by_name, layer_option, make_section, read_pairs, recipe_t, set_law, set_option, &
+      start
    use finshell_environment, only: environment_t, hold, release
    use finshell_error, only: error_t
    use finshell_kinds, only: wp
@@ -52,6 +53,7 @@ contains
       integer :: memory
 
       if (present(section)) section = c_null_ptr
+      call start(recipe)
       call add_layer(recipe, thickness, 0.0_wp, 0, 0.0_wp, memory)
       if (memory /= 0) then
          code = refuse_memory(status, place)

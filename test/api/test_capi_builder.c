@@ -45,7 +45,7 @@ static void numbers_of_layers(void)
       CHECK(finshell_builder_law(b, "mooney_rivlin", 2, names, values, NULL) == 0);
       REFUSES(b, wrong[i].word);
    }
-   REFUSES(begin(), "there is no layer");
+   REFUSES(begin(), "a section needs at least one layer");
    finshell_section_builder *b = begin();
    CHECK(rubber_layer(b, 1) == 0 && finshell_builder_layer(b, 1, 0, 0, 0, &status) == 0);
    REFUSES(b, "finshell_builder_build: layer 2: a material law is missing");

@@ -275,7 +275,7 @@ class Elements(unittest.TestCase):
         self.assertTrue(sheet.isotropic and sheet.membrane and sheet.wrinkling and sheet.freedoms == 9)
         self.assertEqual(sheet.layers, (finshell.Layer("neo_hookean", {"mu": 2.0}, 0.1, density=3.0),))
         np.testing.assert_array_equal(sheet.stiffness[3:], 0)
-        with self.assertRaisesRegex(finshell.Error, "there is no layer"):
+        with self.assertRaisesRegex(finshell.Error, "a section needs at least one layer"):
             finshell.Section([])
         with self.assertRaisesRegex(finshell.Error, "layer 2: unknown material law 'cheese'"):
             finshell.Section([*s.layers[:1], finshell.Layer("cheese", {}, 0.1)])
