@@ -62,6 +62,7 @@ contains
       logical, optional, intent(in) :: membranes(:) !< (own elements) those that have displacements only
       integer, optional, intent(in) :: own(:) !< elements of this member of the team; default: all
       integer, allocatable :: list(:), order(:)
+      logical, allocatable :: kinds(:)
       integer :: s, e
 
       self%team => pattern%team
@@ -104,11 +105,9 @@ contains
          self%framed(s) = any(self%frame(triangles(:, e)) > 0)
       end do
       if (present(held)) self%held = held
-      if (present(membranes)) then
-         call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq, membranes(order))
-      else
-         call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
-      end if
+      kinds = [(.false., e=1, self%elements)]
+      if (present(membranes)) kinds = membranes(order)
+      call new_scatter(self%scatter, pattern%bare(), triangles(:, self%patches%element), eq, kinds)
    end subroutine new_assembly
 
    !> Let elements with dependent nodes add their matrices through blocks, numbered as in the list.
