@@ -423,6 +423,132 @@ FINSHELL_API int32_t finshell_pressure_load(int32_t n, const double *pressure, c
                                             const double *origin, double *force, double *stiffness, int32_t *codes,
                                             finshell_status *status);
 
+/* ------------------------------------------------------------------ assembly
+ * From the elements to the structure. A host makes an assembly of its mesh once and reads the pattern of its matrix, compressed rows;
+ * then each call adds the contributions of all elements to arrays by nodes and to the values of the matrix, in threads and, whatever
+ * their number, to the same last bit.
+ *
+ * Arrays of the motion are by nodes: of the block finshell_elements, X, u [nodes][3], rotations [nodes][3] or [nodes][4], state
+ * [nodes][4] and toward [nodes][nodal]; n is the number of elements of the mesh, and all other members are by element, as ever.
+ *
+ * Every call ADDS to force [nodes][nodal] and values [entries] (set them to zero first, or let contributions add up), `factor`
+ * times what it says. Forces are those of all nodes, held or not: at held ones they are reactions. NULL: not computed. A failed
+ * element adds nothing. Of the values, entries of rows and columns that are held do not exist. An upper triangle takes the
+ * symmetric part of a matrix that is not symmetric. Sums may overflow: that is looked at in elements only. */
+
+/* What of the matrix is stored. By columns instead of rows, the upper triangle is the lower one. */
+enum {
+   FINSHELL_WHOLE = 0,
+   FINSHELL_UPPER = 1
+};
+
+/* The mesh of an assembly. Set all to zero first ({0}), then `size`, as with finshell_elements. */
+typedef struct finshell_mesh {
+   uint64_t size;     /* sizeof(finshell_mesh) */
+   int32_t nodes;     /* number of nodes */
+   int32_t elements;  /* number of elements */
+   int32_t nodal;     /* freedoms of a node in all arrays: 6, u and t; 3, u alone, where all sections are membranes; 0: as few as
+                         the sections need */
+   int32_t triangle;  /* FINSHELL_WHOLE or FINSHELL_UPPER */
+   int32_t rows;      /* of the matrix, with `freedoms`; 0: one more than the largest of these */
+   int32_t reserved;  /* 0 */
+   const int32_t *triangles; /* [elements][3] nodes of each element, from 0 */
+   /* From here on each may be NULL. */
+   const int32_t *sections; /* [elements] which section, from 0; NULL: the first */
+   const int32_t *held;     /* [nodes][nodal] not 0: the freedom is held, and has no row; NULL: none */
+   const int32_t *freedoms; /* [nodes][nodal] the row of each freedom in your matrix, from 0; -1: none. NULL: rows are numbered here,
+                               node by node, without what is held, and without freedoms that no element has (rotations of nodes of
+                               membranes) */
+   const int64_t *starts;   /* [rows + 1], with `columns` and `freedoms`: the pattern of a matrix of yours that has room for others, */
+   const int32_t *columns;  /* too; compressed rows from 0, columns rising in each. NULL: the pattern is made here */
+} finshell_mesh;
+
+/* The layout of an assembly; immutable once created: any number of threads may use one at once. */
+typedef struct finshell_assembly finshell_assembly;
+
+/* Make an assembly.
+ *   section [sections]   of the elements. Looked at for their kind, shell or membrane, and not kept: later calls may have others of the
+ *                        same kinds.
+ * Memory: some 400 bytes an element, and the pattern. Errors: -1, -6. Since 0.1. */
+int32_t finshell_assembly_create(const finshell_mesh *mesh, int32_t sections, const finshell_section *const *section,
+                                 finshell_assembly **assembly, finshell_status *status);
+
+/* Frees an assembly; NULL is ignored, and so is what is none. Since 0.1. */
+void finshell_assembly_destroy(finshell_assembly *assembly);
+
+/* Freedoms of a node, rows and stored entries of the matrix. Errors: -1. Since 0.1. */
+int32_t finshell_assembly_size(const finshell_assembly *assembly, int32_t *nodal, int32_t *rows, int64_t *entries,
+                               finshell_status *status);
+
+/* freedoms [nodes][nodal]: the row of each freedom, -1: it has none. Errors: -1. Since 0.1. */
+int32_t finshell_assembly_freedoms(const finshell_assembly *assembly, int32_t *freedoms, finshell_status *status);
+
+/* The pattern, compressed rows from 0: row i has the entries starts[i] ... starts[i + 1] - 1, their columns rising.
+ *   starts [rows + 1], columns [entries]
+ * Errors: -1, also where a matrix has more than 2147483647 entries. Since 0.1. */
+int32_t finshell_assembly_pattern(const finshell_assembly *assembly, int32_t *starts, int32_t *columns, finshell_status *status);
+
+/* The same in 64 bits. Errors: -1. Since 0.1. */
+int32_t finshell_assembly_pattern_64(const finshell_assembly *assembly, int64_t *starts, int64_t *columns,
+                                     finshell_status *status);
+
+/* Internal forces and tangent.
+ *   section [sections]   as many, and of the same kinds, as finshell_assembly_create had
+ *   energy [1]           stored energy of all elements
+ *   force, values        internal forces and their derivative are added
+ *   codes [elements]
+ * Errors: all codes. Since 0.1. */
+int32_t finshell_assembly_evaluate(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
+                                   const finshell_elements *elements, double *energy, double *force, double *values,
+                                   int32_t *codes, finshell_status *status);
+
+/* Pressure on flat and curved elements, as finshell_elements_pressure has it: factor times the external force is added to force, factor
+ * times its derivative to values. With factor -1 both belong to residual and tangent.
+ *   pressure [elements]   0 where there is none
+ * Errors: all codes but 2 and 4. Since 0.1. */
+int32_t finshell_assembly_pressure(const finshell_assembly *assembly, const finshell_elements *elements, const double *pressure,
+                                   int32_t form, const double *origin, double factor, double *force, double *values,
+                                   int32_t *codes, finshell_status *status);
+
+/* Volume behind the elements, and its derivative with respect to the freedoms (the force of a pressure of 1 in form 1).
+ *   side [elements]            counts each element so many times: 1, -1 where its normal points inwards, 0 where it does not belong to
+ *                              the chamber; NULL: 1
+ *   volume [1]                 seen from `origin`; of a closed surface the enclosed one
+ *   gradient [nodes][nodal]    is added
+ * Errors: all codes but 2 and 4. Since 0.1. */
+int32_t finshell_assembly_volume(const finshell_assembly *assembly, const finshell_elements *elements, const double *side,
+                                 const double *origin, double *volume, double *gradient, int32_t *codes, finshell_status *status);
+
+/* Masses, as finshell_mass_matrix has them.
+ *   X [nodes][3]
+ *   lumped [nodes][nodal]   factor times the diagonal of the lumped matrix is added
+ *   values                  factor times the consistent matrix is added
+ * Errors: -1, -2, -3, -6. Since 0.1. */
+int32_t finshell_assembly_mass(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
+                               const double *X, double factor, double *lumped, double *values, int32_t *codes,
+                               finshell_status *status);
+
+/* Dead tractions: a third of the load of each (flat) element to each of its nodes.
+ *   traction [elements][3]   force per reference area, global axes
+ * Errors: -1, -2, -3, -6. Since 0.1. */
+int32_t finshell_assembly_traction(const finshell_assembly *assembly, const double *X, const double *traction, double factor,
+                                   double *force, int32_t *codes, finshell_status *status);
+
+/* Weight: the areal mass of the sections times acceleration [3]. Errors: -1, -2, -3, -6. Since 0.1. */
+int32_t finshell_assembly_gravity(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
+                                  const double *X, const double *acceleration, double factor, double *force, int32_t *codes,
+                                  finshell_status *status);
+
+/* Dead line loads on n sides of elements: half to each end and, since drilling rotations bend the side, couples with a stiffness (not at
+ * sides that elements->straight names, nor of membranes). Where two elements share a loaded edge, give each its share.
+ *   element [n], side [n]   side 0, 1, 2: nodes 0-1, 1-2, 2-0 of the element
+ *   load [n][3]             force per reference length, global axes
+ *   codes [n]               of the loads; status->index is the load, too
+ * Errors: all codes but 2 and 4. Since 0.1. */
+int32_t finshell_assembly_line_load(const finshell_assembly *assembly, const finshell_elements *elements, int32_t n,
+                                    const int32_t *element, const int32_t *side, const double *load, double factor,
+                                    double *force, double *values, int32_t *codes, finshell_status *status);
+
 /* ------------------------------------------------------------------ element fields by name */
 
 /* Where an element has values of a field. */

@@ -27,6 +27,8 @@ module finshell_c
    integer(c_int32_t), parameter :: finshell_sheet_slack = 0
    integer(c_int32_t), parameter :: finshell_sheet_wrinkled = 1
    integer(c_int32_t), parameter :: finshell_sheet_taut = 2
+   integer(c_int32_t), parameter :: finshell_whole = 0
+   integer(c_int32_t), parameter :: finshell_upper = 1
    integer(c_int32_t), parameter :: finshell_abi_number = 2 !< what finshell_abi must return
 
    type, bind(c) :: finshell_status
@@ -89,6 +91,22 @@ module finshell_c
       type(c_ptr) :: offset = c_null_ptr
       type(c_ptr) :: growth = c_null_ptr
    end type finshell_elements
+
+   type, bind(c) :: finshell_mesh
+      integer(c_int64_t) :: size = 0 !< c_sizeof of this
+      integer(c_int32_t) :: nodes = 0
+      integer(c_int32_t) :: elements = 0
+      integer(c_int32_t) :: nodal = 0
+      integer(c_int32_t) :: triangle = 0
+      integer(c_int32_t) :: rows = 0
+      integer(c_int32_t) :: reserved = 0
+      type(c_ptr) :: triangles = c_null_ptr !< c_loc of an array, nodes from 0, as the others
+      type(c_ptr) :: sections = c_null_ptr
+      type(c_ptr) :: held = c_null_ptr
+      type(c_ptr) :: freedoms = c_null_ptr
+      type(c_ptr) :: starts = c_null_ptr
+      type(c_ptr) :: columns = c_null_ptr
+   end type finshell_mesh
 
    type, bind(c) :: finshell_field_entry
       character(kind=c_char) :: name(32)
@@ -406,6 +424,159 @@ module finshell_c
          type(finshell_status), intent(out), optional :: status
          integer(c_int32_t) :: code
       end function finshell_pressure_load
+
+      function finshell_assembly_create(mesh, sections, section, assembly, status) result(code) bind(c)
+         import :: c_int32_t, c_ptr, finshell_mesh, finshell_status
+         type(finshell_mesh), intent(in) :: mesh
+         integer(c_int32_t), value :: sections
+         type(c_ptr), intent(in), optional :: section(*)
+         type(c_ptr), intent(out) :: assembly
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_create
+
+      subroutine finshell_assembly_destroy(assembly) bind(c)
+         import :: c_ptr
+         type(c_ptr), value :: assembly
+      end subroutine finshell_assembly_destroy
+
+      function finshell_assembly_size(assembly, nodal, rows, entries, status) result(code) bind(c)
+         import :: c_int32_t, c_int64_t, c_ptr, finshell_status
+         type(c_ptr), value :: assembly
+         integer(c_int32_t), intent(out), optional :: nodal(*)
+         integer(c_int32_t), intent(out), optional :: rows(*)
+         integer(c_int64_t), intent(out), optional :: entries(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_size
+
+      function finshell_assembly_freedoms(assembly, freedoms, status) result(code) bind(c)
+         import :: c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: assembly
+         integer(c_int32_t), intent(out), optional :: freedoms(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_freedoms
+
+      function finshell_assembly_pattern(assembly, starts, columns, status) result(code) bind(c)
+         import :: c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: assembly
+         integer(c_int32_t), intent(out), optional :: starts(*)
+         integer(c_int32_t), intent(out), optional :: columns(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_pattern
+
+      function finshell_assembly_pattern_64(assembly, starts, columns, status) result(code) bind(c)
+         import :: c_int32_t, c_int64_t, c_ptr, finshell_status
+         type(c_ptr), value :: assembly
+         integer(c_int64_t), intent(out), optional :: starts(*)
+         integer(c_int64_t), intent(out), optional :: columns(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_pattern_64
+
+      function finshell_assembly_evaluate(assembly, sections, section, elements, energy, force, values, codes, status) &
+         result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
+         type(c_ptr), value :: assembly
+         integer(c_int32_t), value :: sections
+         type(c_ptr), intent(in), optional :: section(*)
+         type(finshell_elements), intent(in) :: elements
+         real(c_double), intent(out), optional :: energy(*)
+         real(c_double), intent(inout), optional :: force(*)
+         real(c_double), intent(inout), optional :: values(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_evaluate
+
+      function finshell_assembly_pressure(assembly, elements, pressure, form, origin, factor, force, values, codes, status) &
+         result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
+         type(c_ptr), value :: assembly
+         type(finshell_elements), intent(in) :: elements
+         real(c_double), intent(in), optional :: pressure(*)
+         integer(c_int32_t), value :: form
+         real(c_double), intent(in), optional :: origin(*)
+         real(c_double), value :: factor
+         real(c_double), intent(inout), optional :: force(*)
+         real(c_double), intent(inout), optional :: values(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_pressure
+
+      function finshell_assembly_volume(assembly, elements, side, origin, volume, gradient, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
+         type(c_ptr), value :: assembly
+         type(finshell_elements), intent(in) :: elements
+         real(c_double), intent(in), optional :: side(*)
+         real(c_double), intent(in), optional :: origin(*)
+         real(c_double), intent(out), optional :: volume(*)
+         real(c_double), intent(inout), optional :: gradient(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_volume
+
+      function finshell_assembly_mass(assembly, sections, section, x, factor, lumped, values, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: assembly
+         integer(c_int32_t), value :: sections
+         type(c_ptr), intent(in), optional :: section(*)
+         real(c_double), intent(in), optional :: x(*)
+         real(c_double), value :: factor
+         real(c_double), intent(inout), optional :: lumped(*)
+         real(c_double), intent(inout), optional :: values(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_mass
+
+      function finshell_assembly_traction(assembly, x, traction, factor, force, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: assembly
+         real(c_double), intent(in), optional :: x(*)
+         real(c_double), intent(in), optional :: traction(*)
+         real(c_double), value :: factor
+         real(c_double), intent(inout), optional :: force(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_traction
+
+      function finshell_assembly_gravity(assembly, sections, section, x, acceleration, factor, force, codes, status) &
+         result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: assembly
+         integer(c_int32_t), value :: sections
+         type(c_ptr), intent(in), optional :: section(*)
+         real(c_double), intent(in), optional :: x(*)
+         real(c_double), intent(in), optional :: acceleration(*)
+         real(c_double), value :: factor
+         real(c_double), intent(inout), optional :: force(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_gravity
+
+      function finshell_assembly_line_load(assembly, elements, n, element, side, load, factor, force, values, codes, status) &
+         result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
+         type(c_ptr), value :: assembly
+         type(finshell_elements), intent(in) :: elements
+         integer(c_int32_t), value :: n
+         integer(c_int32_t), intent(in), optional :: element(*)
+         integer(c_int32_t), intent(in), optional :: side(*)
+         real(c_double), intent(in), optional :: load(*)
+         real(c_double), value :: factor
+         real(c_double), intent(inout), optional :: force(*)
+         real(c_double), intent(inout), optional :: values(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_assembly_line_load
 
       function finshell_field_count() result(number) bind(c)
          import :: c_int32_t

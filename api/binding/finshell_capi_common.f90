@@ -100,16 +100,18 @@ contains
    end function report
 
    !> The code of a batch: that of the first element with a negative code or, without one, of the first with a positive code.
-   function judge(status, place, n, codes, invalid) result(code)
+   function judge(status, place, n, codes, invalid, noun) result(code)
       type(c_status_t), intent(out), optional :: status
       character(len=*), intent(in) :: place
       integer(c_int32_t), intent(in) :: n
       integer(c_int32_t), intent(in) :: codes(n)
       character(len=*), intent(in), optional :: invalid !< what is wrong with the first element, when that is an invalid argument
+      character(len=*), intent(in), optional :: noun !< what the codes are of, if not of elements
       integer(c_int32_t) :: code
       integer(c_int32_t) :: e, failed, first, worst
       type(environment_t) :: environment
       character(len=12) :: digits
+      character(len=8) :: what
       failed = 0
       first = 0
       worst = 0
@@ -129,11 +131,13 @@ contains
       if (.not. present(status)) return
       call hold(environment)
       write (digits, '(i0)') first - 1
+      what = 'element'
+      if (present(noun)) what = noun
       if (present(invalid) .and. code == status_invalid_argument) then
-         call fill(status, code, first - 1, failed, place//': element '//trim(digits)//' (from 0): '//trim(invalid))
+         call fill(status, code, first - 1, failed, place//': '//trim(what)//' '//trim(digits)//' (from 0): '//trim(invalid))
       else
 !$omp critical (finshell_texts)
-         call fill(status, code, first - 1, failed, place//': element '//trim(digits)//' (from 0): '//status_text(code))
+         call fill(status, code, first - 1, failed, place//': '//trim(what)//' '//trim(digits)//' (from 0): '//status_text(code))
 !$omp end critical (finshell_texts)
       end if
       call release(environment)

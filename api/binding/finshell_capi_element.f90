@@ -15,7 +15,7 @@ module finshell_capi_element
    use finshell_status, only: status_ok
    implicit none
    private
-   public :: elements_evaluate, elements_recover, elements_mass, evaluate, recover, mass
+   public :: elements_evaluate, elements_recover, elements_mass, evaluate, evaluate_given, forked, most_threads, recover, mass
 
    integer, parameter :: few = 64 !< elements whose codes need no heap
    integer, parameter :: most_threads = 256 !< results do not depend on it; OpenMP ends the program when it gets too few

@@ -16,7 +16,8 @@ module finshell_capi_elements
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private
-   public :: c_elements_t, read_block, receive, receive_own, receive_section, conclude, whole_block, freedoms_of, as_seen_by
+   public :: c_elements_t, read_block, receive, receive_own, receive_section, conclude, complaint, whole_block, freedoms_of, &
+      as_seen_by, memcpy
 
    !> finshell_elements of the header. What a shorter block does not hold is zero.
    type, bind(c) :: c_elements_t

@@ -64,9 +64,10 @@ def tree(caption, names):
 
 
 def example(path, text):
-    """The page of an example: its README and its inputs."""
-    inputs = sorted(path.parent.glob("*.nml"))
-    return text.rstrip() + "\n" + "".join(f"\n`{p.relative_to(ROOT)}`:\n\n```fortran\n{p.read_text(encoding='utf-8').rstrip()}\n```\n" for p in inputs)
+    """The page of an example: its README, its inputs and its programs."""
+    return text.rstrip() + "\n" + "".join(f"\n`{p.relative_to(ROOT)}`:\n\n```{language}\n{p.read_text(encoding='utf-8').rstrip()}\n```\n"
+                                         for pattern, language in (("*.nml", "fortran"), ("host*.py", "python"), ("host*.cpp", "cpp"), ("problems.h", "cpp"))
+                                         for p in sorted(path.parent.glob(pattern)))
 
 
 def gallery(folder, pictures):

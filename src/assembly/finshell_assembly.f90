@@ -62,6 +62,7 @@ contains
       logical, optional, intent(in) :: membranes(:) !< (own elements) those that have displacements only
       integer, optional, intent(in) :: own(:) !< elements of this member of the team; default: all
       integer, allocatable :: list(:), order(:)
+      logical, allocatable :: kinds(:)
       integer :: s, e
 
       self%team => pattern%team
@@ -104,11 +105,9 @@ contains
          self%framed(s) = any(self%frame(triangles(:, e)) > 0)
       end do
       if (present(held)) self%held = held
-      if (present(membranes)) then
-         call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq, membranes(order))
-      else
-         call new_scatter(self%scatter, pattern, triangles(:, self%patches%element), eq)
-      end if
+      kinds = [(.false., e=1, self%elements)]
+      if (present(membranes)) kinds = membranes(order)
+      call new_scatter(self%scatter, pattern%bare(), triangles(:, self%patches%element), eq, kinds)
    end subroutine new_assembly
 
    !> Let elements with dependent nodes add their matrices through blocks, numbered as in the list.
@@ -149,7 +148,7 @@ contains
       real(wp), intent(out), contiguous :: internal_force(:, :) !< (n_nodal, nodes) all components, so reactions too; global axes
       integer(i4), intent(out) :: status !< of the bad element with the lowest number, or status_ok
       integer, intent(out) :: bad_element !< its number, or 0; all other results are then useless
-      real(wp), optional, intent(out) :: values(:) !< (entries of the pattern) tangent
+      real(wp), optional, intent(out), contiguous :: values(:) !< (entries of the pattern) tangent
       real(wp), optional, intent(out) :: energy !< strain energy
       integer, optional, intent(in) :: threads !< default: `paying_threads`
       !> (n_resultants, slots) from `predict_stress`: for the geometric part of the tangent; unallocated counts as absent.
@@ -314,7 +313,7 @@ contains
       real(wp), intent(in), contiguous :: force(:, :) !< (n_membrane or n_shell, size(elements)) external force on the nodes
       real(wp), intent(inout), contiguous :: external_force(:, :) !< (n_nodal, nodes) force is added; global axes
       real(wp), optional, intent(in) :: stiffness(:, :, :) !< (rows of force, rows of force, size(elements)) d force / d unknowns
-      real(wp), optional, intent(inout) :: values(:) !< stiffness is subtracted
+      real(wp), optional, intent(inout), contiguous :: values(:) !< stiffness is subtracted
       integer, optional, intent(in) :: threads !< default: `paying_threads`
       type(places_t), optional, intent(in) :: places !< of the elements, if they are known
       real(wp), optional, intent(in) :: factor !< of the force; default 1
@@ -335,7 +334,7 @@ contains
       real(wp), intent(in), contiguous :: force(:, :)
       real(wp), intent(inout), contiguous :: external_force(:, :)
       real(wp), optional, intent(in) :: stiffness(:, :, :)
-      real(wp), optional, intent(inout) :: values(:)
+      real(wp), optional, intent(inout), contiguous :: values(:)
       integer, optional, intent(in) :: threads
       type(places_t), optional, intent(in), target :: places
       real(wp), optional, intent(in) :: factor

@@ -1,17 +1,15 @@
-!> The pattern of the tangent: compressed columns, built once from the connectivity and the equation numbers.
-!>
-!> Two node-adjacency passes, no sorting and no searching: time and memory are linear in the number of elements. Rows
-!> come out ascending because equations are visited in ascending order and each one is appended to the columns it meets.
+!> The pattern of the tangent (finshell_pattern), checked, of a team of processes; and products with a matrix of it.
 module finshell_sparsity
-   use finshell_cliques, only: cliques_t, cliques_at
-   use finshell_kinds, only: dp, i4
+   use finshell_cliques, only: cliques_t
+   use finshell_kinds, only: dp, i4, i8
    use finshell_freedoms, only: n_corners, n_nodal
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_invalid_argument
+   use finshell_pattern, only: new_pattern, pattern_t
    use finshell_team, only: add_up, team_t
    implicit none
    private
-   public :: sparsity_t, new_sparsity, element_positions
+   public :: sparsity_t, new_sparsity
 
    !> Compressed columns, numbered from 1. The diagonal is always part of the pattern. Each member of a team has the pattern of its
    !> own elements, and the matrix is the sum of all.
@@ -24,15 +22,10 @@ module finshell_sparsity
    contains
       procedure :: entries
       procedure :: find
+      procedure :: bare
       procedure :: multiply
       procedure :: diagonal
    end type sparsity_t
-
-   !> Which elements meet at a node.
-   type :: incidence_t
-      integer(i4), allocatable :: first(:) !< (nodes + 1)
-      integer(i4), allocatable :: corner(:) !< 3 (element - 1) + local node
-   end type incidence_t
 
 contains
 
@@ -59,6 +52,16 @@ contains
       find = 0
    end function find
 
+   !> The pattern alone, for the places of elements in it (finshell_scatter).
+   pure function bare(self)
+      class(sparsity_t), intent(in) :: self
+      type(pattern_t) :: bare
+      bare%n = self%n
+      bare%symmetric = self%symmetric
+      bare%start = int(self%column_pointer, i8)
+      bare%row = self%row
+   end function bare
+
    !> Build the pattern.
    !>
    !> Every equation 1 .. maxval(eq) must belong to some degree of freedom; equations of nodes without an element keep
@@ -71,119 +74,20 @@ contains
       type(error_t), allocatable, intent(out) :: error
       class(team_t), pointer, intent(in), optional :: team
       type(cliques_t), intent(in), optional :: cliques !< equations that meet beside those of the elements; of this member, too
-      type(incidence_t) :: at_node
-      integer(i4), allocatable :: clique_first(:), clique(:)
-      integer(i4), allocatable :: neighbour_first(:), neighbour(:), home_first(:), home(:), mark(:)
-      integer, allocatable :: fill(:)
-      integer(i4) :: total
+      type(pattern_t) :: found
 
       pattern%symmetric = symmetric
       if (present(team)) pattern%team => team
       call check_equations(triangles, eq, pattern%n, error)
       if (allocated(error)) return
-      call node_incidence(triangles, size(eq, 2), at_node)
-      call node_neighbours(triangles, size(eq, 2), at_node, neighbour_first, neighbour)
-      call equation_homes(eq, pattern%n, home_first, home)
-      if (present(cliques)) call cliques_at(cliques, pattern%n, clique_first, clique)
-
-      allocate (mark(pattern%n), fill(pattern%n + 1), source=0_i4)
-      call visit(counting=.true.)
-      allocate (pattern%column_pointer(pattern%n + 1))
-      call offsets_from_counts(fill(:pattern%n), pattern%column_pointer, total)
-      if (total < 0) then
+      call new_pattern(found, pattern%n, triangles, eq, symmetric, cliques)
+      if (found%start(pattern%n + 1) > huge(1_i4)) then
          call raise(error, status_invalid_argument, 'the matrix has more than 2147483647 entries')
          return
       end if
-      allocate (pattern%row(total))
-      fill(:pattern%n) = pattern%column_pointer(:pattern%n)
-      mark = 0
-      call visit(counting=.false.)
-
-   contains
-
-      !> Visit every entry by ascending row: count it in its column, or append it there.
-      subroutine visit(counting)
-         logical, intent(in) :: counting
-         integer :: r, h, k, i, node
-         do r = 1, pattern%n
-            do h = home_first(r), home_first(r + 1) - 1
-               node = home(h)
-               do k = neighbour_first(node), neighbour_first(node + 1) - 1
-                  do i = 1, n_nodal
-                     call meet(r, eq(i, neighbour(k)), counting)
-                  end do
-               end do
-            end do
-            if (.not. present(cliques)) cycle
-            do h = clique_first(r), clique_first(r + 1) - 1
-               do k = cliques%first(clique(h)), cliques%first(clique(h) + 1) - 1
-                  call meet(r, int(cliques%equation(k)), counting)
-               end do
-            end do
-         end do
-      end subroutine visit
-
-      subroutine meet(r, c, counting)
-         integer, intent(in) :: r, c
-         logical, intent(in) :: counting
-         if (c == 0) return
-         if (symmetric .and. c > r) return
-         if (mark(c) == r) return
-         mark(c) = r
-         if (.not. counting) pattern%row(fill(c)) = r
-         fill(c) = fill(c) + 1
-      end subroutine meet
+      pattern%column_pointer = int(found%start, i4)
+      call move_alloc(found%row, pattern%row)
    end subroutine new_sparsity
-
-   !> Where each entry of each element matrix goes.
-   !>
-   !> positions(k, e) is the place in the values of local entry k (lower triangle by columns for a symmetric pattern, all entries
-   !> by columns otherwise), or 0 when its row or column is constrained. Local degrees of freedom are ordered node by node.
-   subroutine element_positions(pattern, triangles, eq, positions)
-      type(sparsity_t), intent(in) :: pattern
-      integer, intent(in) :: triangles(:, :) !< (3, elements)
-      integer, intent(in) :: eq(:, :) !< (freedoms of a node, nodes): those that the elements have
-      !> (entries of an element matrix, its lower triangle by columns if the pattern is symmetric; elements) 0: constrained
-      integer(i4), allocatable, intent(out) :: positions(:, :)
-      type(incidence_t) :: at_node
-      integer(i4), allocatable :: place(:)
-      integer :: node, i, c, r, k, p, e, a, b, m, n
-
-      m = size(eq, 1)
-      n = 3*m
-      allocate (positions(merge(n*(n + 1)/2, n*n, pattern%symmetric), size(triangles, 2)), source=0_i4)
-      allocate (place(pattern%n), source=0_i4)
-      call node_incidence(triangles, size(eq, 2), at_node)
-      do node = 1, size(eq, 2)
-         do i = 1, m
-            c = eq(i, node)
-            if (c == 0) cycle
-            do p = pattern%column_pointer(c), pattern%column_pointer(c + 1) - 1
-               place(pattern%row(p)) = p
-            end do
-            do k = at_node%first(node), at_node%first(node + 1) - 1
-               e = (at_node%corner(k) - 1)/3 + 1
-               b = m*mod(at_node%corner(k) - 1, 3) + i
-               do a = 1, n
-                  r = eq(mod(a - 1, m) + 1, triangles((a - 1)/m + 1, e))
-                  if (r == 0) cycle
-                  if (pattern%symmetric) then
-                     if (r < c) cycle
-                     positions(packed_index(n, max(a, b), min(a, b)), e) = place(r)
-                  else
-                     positions(n*(b - 1) + a, e) = place(r)
-                  end if
-               end do
-            end do
-         end do
-      end do
-   end subroutine element_positions
-
-   !> Position of (a, b), a >= b, in the lower triangle of n rows stored by columns.
-   pure integer function packed_index(n, a, b)
-      integer, intent(in) :: n, a, b
-      packed_index = (b - 1)*n - (b*(b - 1))/2 + a
-   end function packed_index
 
    !> y = A x, and optionally the same with absolute values throughout (the scale of its rounding errors).
    subroutine multiply(self, values, x, y, y_abs)
@@ -284,105 +188,4 @@ contains
       end do
    end subroutine check_equations
 
-   !> Elements at each node, by counting.
-   subroutine node_incidence(triangles, nodes, at_node)
-      integer, intent(in) :: triangles(:, :), nodes
-      type(incidence_t), intent(out) :: at_node
-      integer, allocatable :: fill(:)
-      integer(i4) :: total
-      integer :: e, k, node
-
-      allocate (fill(nodes), source=0)
-      do e = 1, size(triangles, 2)
-         do k = 1, 3
-            fill(triangles(k, e)) = fill(triangles(k, e)) + 1
-         end do
-      end do
-      allocate (at_node%first(nodes + 1), at_node%corner(size(triangles)))
-      call offsets_from_counts(fill, at_node%first, total)
-      fill = at_node%first(:nodes)
-      do e = 1, size(triangles, 2)
-         do k = 1, 3
-            node = triangles(k, e)
-            at_node%corner(fill(node)) = 3*(e - 1) + k
-            fill(node) = fill(node) + 1
-         end do
-      end do
-   end subroutine node_incidence
-
-   !> Nodes that share an element with each node, itself included.
-   subroutine node_neighbours(triangles, nodes, at_node, first, neighbour)
-      integer, intent(in) :: triangles(:, :), nodes
-      type(incidence_t), intent(in) :: at_node
-      integer(i4), allocatable, intent(out) :: first(:), neighbour(:)
-      integer(i4), allocatable :: mark(:)
-      integer :: node, k, l, e, other, fill
-
-      ! An element brings at most two new neighbours to each of its nodes.
-      allocate (first(nodes + 1), neighbour(nodes + 2*size(triangles)), mark(nodes))
-      mark = 0
-      fill = 1
-      do node = 1, nodes
-         first(node) = fill
-         neighbour(fill) = node
-         fill = fill + 1
-         mark(node) = node
-         do k = at_node%first(node), at_node%first(node + 1) - 1
-            e = (at_node%corner(k) - 1)/3 + 1
-            do l = 1, 3
-               other = triangles(l, e)
-               if (mark(other) == node) cycle
-               mark(other) = node
-               neighbour(fill) = other
-               fill = fill + 1
-            end do
-         end do
-      end do
-      first(nodes + 1) = fill
-   end subroutine node_neighbours
-
-   !> The nodes that carry each equation.
-   subroutine equation_homes(eq, n, first, home)
-      integer, intent(in) :: eq(:, :), n
-      integer(i4), allocatable, intent(out) :: first(:), home(:)
-      integer, allocatable :: fill(:)
-      integer(i4) :: total
-      integer :: i, j
-
-      allocate (fill(n), source=0)
-      do j = 1, size(eq, 2)
-         do i = 1, n_nodal
-            if (eq(i, j) > 0) fill(eq(i, j)) = fill(eq(i, j)) + 1
-         end do
-      end do
-      allocate (first(n + 1))
-      call offsets_from_counts(fill, first, total)
-      allocate (home(total))
-      fill = first(:n)
-      do j = 1, size(eq, 2)
-         do i = 1, n_nodal
-            if (eq(i, j) == 0) cycle
-            home(fill(eq(i, j))) = j
-            fill(eq(i, j)) = fill(eq(i, j)) + 1
-         end do
-      end do
-   end subroutine equation_homes
-
-   !> Running sums from 1; total is negative when it does not fit.
-   pure subroutine offsets_from_counts(counts, first, total)
-      integer, intent(in) :: counts(:)
-      integer(i4), intent(out) :: first(:) !< (size(counts) + 1)
-      integer(i4), intent(out) :: total
-      integer :: i
-      first(1) = 1
-      do i = 1, size(counts)
-         if (first(i) > huge(first) - counts(i)) then
-            first(i + 1:) = 1
-            total = -1
-            return
-         end if
-         first(i + 1) = first(i) + counts(i)
-      end do
-      total = first(size(first)) - 1
-   end subroutine offsets_from_counts
 end module finshell_sparsity

@@ -16,7 +16,8 @@ import installed  # noqa: E402
 MODULE = os.path.join(installed.SOURCE, "api", "finshell_c.f90")
 LIBRARY = os.environ.get("FINSHELL_LIB", "")
 FLANG = next((path for path in map(shutil.which, ("flang-new", "flang", "flang-new-19", "flang-19")) if path), None)
-STRUCTURES = ("status", "parameter", "properties", "layer", "elements", "field_entry")
+STRUCTURES = ("status", "parameter", "properties", "layer", "elements", "mesh", "field_entry")
+ADDED = ("force", "values", "gradient", "lumped")  # to these a call of an assembly adds
 # What an argument of the header is in Fortran (name left out).
 KINDS = {
     "int32_t": "integer(c_int32_t), value", "double": "real(c_double), value",
@@ -26,13 +27,17 @@ KINDS = {
     "const char *const *": "type(c_ptr), intent(in), optional (*)", "const finshell_section *": "type(c_ptr), value",
     "finshell_section *": "type(c_ptr), value", "finshell_section **": "type(c_ptr), intent(out)",
     "finshell_section_builder *": "type(c_ptr), value", "finshell_section_builder **": "type(c_ptr), intent(out)",
-    "const finshell_elements *": "type(finshell_elements), intent(in)",
     "finshell_properties *": "type(finshell_properties), intent(inout), optional",
     "finshell_layer *": "type(finshell_layer), intent(inout), optional",
+    "const finshell_elements *": "type(finshell_elements), intent(in)", "const finshell_mesh *": "type(finshell_mesh), intent(in)",
+    "const finshell_section *const *": "type(c_ptr), intent(in), optional (*)", "const finshell_assembly *": "type(c_ptr), value",
+    "finshell_assembly *": "type(c_ptr), value", "finshell_assembly **": "type(c_ptr), intent(out)",
+    "const int32_t *": "integer(c_int32_t), intent(in), optional (*)", "int64_t *": "integer(c_int64_t), intent(out), optional (*)",
     "finshell_parameter *": "type(finshell_parameter), intent(out), optional",
     "finshell_field_entry *": "type(finshell_field_entry), intent(out), optional"}
 PROGRAM = """program square
-   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_sizeof
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, &
+      c_sizeof
    use finshell_c
    implicit none
    character(kind=c_char, len=4), target :: names(3) = ['c10'//c_null_char, 'c01'//c_null_char, 'mu'//c_null_char//' ']
@@ -47,7 +52,15 @@ PROGRAM = """program square
    real(c_double), target :: x(3, 3, 2), u(3, 3, 2), t(3, 3, 2), normals(3, 3, 2)
    real(c_double) :: energy(2), force(18, 2), tangent(18, 18, 2), again(18, 2), moment(3, 2), volume(2), facets(2)
    real(c_double) :: membrane(3, 2), found(3, 2), nine(9, 2)
-   integer(c_int32_t) :: code, state(2)
+   integer(c_int32_t) :: code, state(2), rows(1)
+   integer(c_int64_t) :: entries(1)
+   integer(c_int32_t), target :: triangles(6) = [0, 1, 2, 0, 2, 3]
+   real(c_double), target :: nodes(3, 4) = reshape([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0]*1.0_c_double, [3, 4])
+   real(c_double), target :: moved(3, 4) = 0, turned(3, 4) = 0
+   real(c_double) :: both(1), nodal(24) = 0
+   real(c_double), allocatable :: values(:)
+   type(c_ptr) :: assembly
+   type(finshell_mesh) :: mesh
 
    if (finshell_abi() /= finshell_abi_number) error stop 'library and module do not fit'
    x = reshape([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0], [3, 3, 2])
@@ -115,6 +128,24 @@ PROGRAM = """program square
    elements%rotations = c_loc(t)
    elements%size = elements%size + 1
    if (finshell_elements_recover(section, elements, moment=moment) /= finshell_invalid_argument) error stop 'wrong size taken'
+   mesh%size = c_sizeof(mesh)
+   mesh%nodes = 4
+   mesh%elements = 2
+   mesh%triangles = c_loc(triangles)
+   if (finshell_assembly_create(mesh, 1, [section], assembly, status) /= finshell_ok) error stop 'no assembly'
+   if (finshell_assembly_size(assembly, rows=rows, entries=entries) /= finshell_ok) error stop 'no size'
+   if (rows(1) /= 24 .or. entries(1) /= 14*36) error stop 'wrong size'
+   allocate (values(entries(1)), source=0.0_c_double)
+   elements%size = c_sizeof(elements)
+   elements%x = c_loc(nodes)
+   elements%u = c_loc(moved)
+   elements%rotations = c_loc(turned)
+   moved(1, :) = 0.2_c_double*nodes(1, :)
+   turned(2, :) = -0.1_c_double*nodes(1, :)
+   if (finshell_assembly_evaluate(assembly, 1, [section], elements, both, nodal, values) /= finshell_ok) error stop 'not assembled'
+   if (abs(both(1) - sum(energy)) > 1e-13_c_double .or. abs(nodal(1) + nodal(19) + nodal(7) + nodal(13)) > 1e-11_c_double) &
+      error stop 'assembled and summed differ'
+   call finshell_assembly_destroy(assembly)
    call finshell_section_destroy(section)
    if (code /= finshell_ok .or. status%index /= -1) error stop 'not evaluated'
    print '(a, es21.14)', 'energy ', sum(energy)
@@ -150,6 +181,8 @@ class Interface(unittest.TestCase):
                         kind = kind.replace("out", "inout")
                     if (name, variable) == ("finshell_section_parameter", "value"):
                         kind = kind.replace(" (*)", "")
+                    if name.startswith("finshell_assembly_") and variable in ADDED:
+                        kind = kind.replace("out", "inout")
                     wanted.append((variable.lower(), kind))
                 self.assertEqual([a.strip() for a in listed.split(",") if a.strip()], [variable for variable, _ in wanted])
                 for variable, kind in wanted:
@@ -201,7 +234,7 @@ class Interface(unittest.TestCase):
             sys.path.insert(0, os.path.join(installed.SOURCE, "api", "python"))
             from finshell import _library
             by_ctypes = {"status": _library.Status, "parameter": _library.CParameter, "properties": _library.CProperties, "layer": _library.CLayer,
-                         "elements": _library.CElements, "field_entry": _library.CField}
+                         "elements": _library.CElements, "mesh": _library.CMesh, "field_entry": _library.CField}
             lines = []
             for name, fields in members.items():
                 lines.append(f"{name} {ctypes.sizeof(by_ctypes[name])}")

@@ -14,7 +14,7 @@ import pathlib
 import re
 
 KERNEL = {"math", "material", "section", "element"}
-OPEN_TO_API = {"base", "math", "section", "element", "batch"}
+OPEN_TO_API = {"base", "math", "section", "element", "batch", "pattern"}
 MATERIAL_OPEN_TO_API = {"finshell_parameter", "finshell_registry", "finshell_material"}
 SET_UP = {"finshell_registry", "finshell_parameter"}  # material laws by name: never called for an element
 LONGEST = 400

@@ -7,12 +7,14 @@
     section.recover_field("principal_stress", X, u, t)   # (n, 3, 2): bottom, middle, top; `finshell.fields()` lists what there is
     plies = finshell.Section([finshell.Layer("neo_hookean", {"mu": 1.0}, 0.1), finshell.Layer("yeoh", {"c1": 1.0}, 0.2)], offset=0.05)
     plies.areal_mass, plies.stiffness, plies.layers      # what a section is
+    a = finshell.Assembly(triangles, section, held=held)   # a mesh: forces by nodes, the tangent as scipy.sparse has it
     sheet = finshell.Section("neo_hookean", {"mu": 1.0}, 0.1, membrane=True, wrinkling=True)
     sheet.evaluate(X, u).force             # (n, 9): a membrane has no rotations
 
 The package calls the shared library libfinshell (see `finshell.find_library` for where it is looked for) and needs numpy.
 Conventions, units and codes are those of finshell.h; everything raises `Error` when it fails.
 """
+from ._assembly import Assembled, Assembly
 from ._element import (Evaluation, Pressure, Recovery, Rotation, Section, Sheet, Wrinkles, enclosed_volume,
                        follower_pressure, growth, pressure)
 from ._field import Field, fields
@@ -22,9 +24,9 @@ from ._rotation import (compose, rotation_exp, rotation_log, rotation_matrix, ro
 from ._section import Layer
 
 __all__ = [
-    "ABI", "Error", "Evaluation", "Field", "Layer", "Parameter", "Pressure", "Recoverable", "Recovery", "Rotation", "Section",
-    "Sheet", "Wrinkles", "compose", "enclosed_volume", "fields", "find_library", "follower_pressure", "growth", "material_names",
-    "material_parameters", "message", "pressure", "rotation_exp", "rotation_log", "rotation_matrix", "rotation_tangent", "update",
-    "version",
+    "ABI", "Assembled", "Assembly", "Error", "Evaluation", "Field", "Layer", "Parameter", "Pressure", "Recoverable",
+    "Recovery", "Rotation", "Section", "Sheet", "Wrinkles", "compose", "enclosed_volume", "fields", "find_library",
+    "follower_pressure", "growth", "material_names", "material_parameters", "message", "pressure", "rotation_exp",
+    "rotation_log", "rotation_matrix", "rotation_tangent", "update", "version",
 ]
 __version__ = "0.1.0"

@@ -67,6 +67,14 @@ class CElements(ctypes.Structure):
                 ("reserved", ctypes.c_int32), *((name, ctypes.c_void_p) for name in _POINTERS)]
 
 
+class CMesh(ctypes.Structure):
+    """finshell_mesh of finshell.h. It holds addresses: the caller keeps the arrays."""
+
+    _fields_ = [("size", ctypes.c_uint64),
+                *((name, ctypes.c_int32) for name in ("nodes", "elements", "nodal", "triangle", "rows", "reserved")),
+                *((name, ctypes.c_void_p) for name in ("triangles", "sections", "held", "freedoms", "starts", "columns"))]
+
+
 class Error(Exception):
     """A call failed. `code` as in finshell.h, `index`: the element, or -1; `failed`: number of elements that failed."""
 
@@ -115,6 +123,9 @@ _D, _I, _P, _S = ctypes.POINTER(ctypes.c_double), ctypes.c_int32, ctypes.c_void_
 _N = ctypes.POINTER(ctypes.c_char_p)
 _C = ctypes.POINTER(ctypes.c_int32)
 _E = ctypes.POINTER(CElements)
+_M = ctypes.POINTER(CMesh)
+_L = ctypes.POINTER(ctypes.c_int64)
+_H = ctypes.POINTER(_P)
 _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_abi": (_I, []),
     "finshell_version_text": (ctypes.c_char_p, []),
@@ -147,6 +158,19 @@ _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_recover": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _D, _C, _S]),
     "finshell_mass_matrix": (_I, [_P, _I, _D, _D, _D, _C, _S]),
     "finshell_pressure_load": (_I, [_I, _D, _D, _D, _I, _D, _D, _D, _C, _S]),
+    "finshell_assembly_create": (_I, [_M, _I, _H, _H, _S]),
+    "finshell_assembly_destroy": (None, [_P]),
+    "finshell_assembly_size": (_I, [_P, _C, _C, _L, _S]),
+    "finshell_assembly_freedoms": (_I, [_P, _C, _S]),
+    "finshell_assembly_pattern": (_I, [_P, _P, _P, _S]),
+    "finshell_assembly_pattern_64": (_I, [_P, _P, _P, _S]),
+    "finshell_assembly_evaluate": (_I, [_P, _I, _H, _E, _D, _D, _D, _C, _S]),
+    "finshell_assembly_pressure": (_I, [_P, _E, _D, _I, _D, ctypes.c_double, _D, _D, _C, _S]),
+    "finshell_assembly_volume": (_I, [_P, _E, _D, _D, _D, _D, _C, _S]),
+    "finshell_assembly_mass": (_I, [_P, _I, _H, _D, ctypes.c_double, _D, _D, _C, _S]),
+    "finshell_assembly_traction": (_I, [_P, _D, _D, ctypes.c_double, _D, _C, _S]),
+    "finshell_assembly_gravity": (_I, [_P, _I, _H, _D, _D, ctypes.c_double, _D, _C, _S]),
+    "finshell_assembly_line_load": (_I, [_P, _E, _I, _C, _C, _D, ctypes.c_double, _D, _D, _C, _S]),
     "finshell_field_count": (_I, []),
     "finshell_field_information": (_I, [_I, ctypes.POINTER(CField), _S]),
     "finshell_recover_field": (_I, [_P, _E, ctypes.c_char_p, _D, _C, _S]),
