@@ -1,8 +1,8 @@
-"""Licences of what goes into a wheel beside finshell: auditwheel's list of packages, their licences, their texts."""
+"""Licences of what goes into a wheel beside finshell: which packages own it, their licences, their texts."""
 import fnmatch
-import json
 import re
 import shutil
+import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +20,8 @@ KNOWN = {
     "libarpack2*": ("ARPACK-NG: eigenvalues", "BSD-3-Clause"),
     "libmumps-seq-*": ("MUMPS: direct solver", "CECILL-C"),
     "libscotch-*": ("SCOTCH: order of equations, for MUMPS", "CECILL-C"),
+    "libbz2-1.0": ("bzip2, which SCOTCH uses", "bzip2-1.0.6"),
+    "liblzma5": ("XZ, which SCOTCH uses", "LicenseRef-Public-Domain"),
     "libmetis5": ("METIS: order of equations, for CHOLMOD", "Apache-2.0"),
     "libamd*": ("AMD of SuiteSparse: order of equations", "BSD-3-Clause"),
     "libcamd*": ("CAMD of SuiteSparse: order of equations", "BSD-3-Clause"),
@@ -67,13 +69,30 @@ def part(package, version, text):
              "a line to tools/wheel_licences.py, or link without it")
 
 
-def parts(info, hdf5):
-    """The packages in a wheel. info: its folder .dist-info, where auditwheel has left its list; hdf5: folder of HDF5 (static)."""
-    lists = list((info / "sboms").glob("auditwheel*.json"))
-    if not lists:
-        sys.exit("build_wheel: auditwheel has not found which packages own the libraries (it asks dpkg, rpm or apk): their licences are missing")
-    components = [c for path in lists for c in json.loads(path.read_text(encoding="utf-8"))["components"] if c["name"] != "finshell"]
-    found = {c["name"]: part(c["name"], c["version"], Path("/usr/share/doc", c["name"], "copyright")) for c in components}
+def owners(names):
+    """Package and version that own shared libraries, by the names of their files; asks the loader's list and dpkg."""
+    listed = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=True).stdout
+    paths = {path.name: path for path in (Path(p).resolve() for p in re.findall(r"=> (/\S+)", listed))}
+    found = {}
+    for name in names:
+        path = str(paths.get(name, f"/{name}"))
+        # Debian's lists have some files below /lib, which is a link to /usr/lib.
+        for word in (path, path.removeprefix("/usr")):
+            done = subprocess.run(["dpkg-query", "-S", word], capture_output=True, text=True, check=False)
+            if done.returncode == 0:
+                package = done.stdout.split(":", 1)[0]
+                break
+        else:
+            sys.exit(f"build_wheel: no package of this system owns {name}, which has come into the wheel: its licence is not known")
+        version = subprocess.run(["dpkg-query", "-W", "-f", "${Version}\n", package], capture_output=True, text=True, check=True).stdout
+        found[package] = version.splitlines()[0]
+    return found
+
+
+def parts(libraries, hdf5):
+    """The packages in a wheel. libraries: the folder of those that auditwheel has taken in; hdf5: folder of HDF5 (static)."""
+    names = [re.sub(r"-[0-9a-f]{8}(?=\.)", "", path.name, count=1) for path in sorted(libraries.iterdir())] # as before auditwheel
+    found = {package: part(package, version, Path("/usr/share/doc", package, "copyright")) for package, version in owners(names).items()}
     header = (hdf5 / "include" / "H5public.h").read_text(encoding="utf-8", errors="replace")
     version = ".".join(re.search(rf"#define H5_VERS_{name}\s+(\d+)", header).group(1) for name in ("MAJOR", "MINOR", "RELEASE"))
     found["hdf5"] = part("hdf5", version, hdf5 / "COPYING")

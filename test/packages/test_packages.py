@@ -268,6 +268,12 @@ class Licences(Common):
         with self.assertRaisesRegex(SystemExit, "its licence is not at"):
             wheel_licences.part("libmetis5", "5", ROOT / "no such file")
 
+    @unittest.skipUnless(tool("dpkg-query"), "owners of libraries are asked of dpkg")
+    def test_owners_of_libraries(self):
+        self.assertIn("libc6", wheel_licences.owners(["libc.so.6"]))
+        with self.assertRaisesRegex(SystemExit, "no package of this system owns libnothing.so.7"):
+            wheel_licences.owners(["libnothing.so.7"])
+
     def test_only_the_second_list_is_gpl(self):
         for table, gpl in ((wheel_licences.KNOWN, False), (wheel_licences.GPL, True)):
             for _, licence in table.values():
