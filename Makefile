@@ -8,7 +8,7 @@ VENV := build/venv
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-extremes build tools gallery site benchmark accuracy lint format install clean distclean configure fpm-build fpm-run fpm-test
+.PHONY: help run test test-extremes build tools gallery site benchmark accuracy lint format install wheel test-wheel sdist clean distclean configure fpm-build fpm-run fpm-test
 
 help: ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 16
@@ -74,6 +74,16 @@ format: ## Indent all Fortran sources
 
 install: build ## Install under PREFIX (default /usr/local)
 	cmake --install $(BUILD) --prefix $(or $(PREFIX),/usr/local)
+
+wheel: ## dist/finshell-*.whl: library, program, Python package and all they need, nothing under the GPL; SUITESPARSE=1: the other one
+	@tools/install_dependencies build
+	@tools/build_wheel $(if $(SUITESPARSE),--suitesparse)
+
+test-wheel: ## Install the newest wheel of dist/ in a bare environment and use it
+	@tools/test_wheel
+
+sdist: ## dist/finshell-*.tar.gz, for `pip install` where compilers and libraries are
+	@tools/build_wheel --sdist
 
 # fpm: plain `fpm build`, `fpm run`, `fpm test` work too; these add the machine's optimisation flags (tools/fpm).
 fpm-build: ## Build with fpm

@@ -404,7 +404,7 @@ FINSHELL_API int32_t finshell_mass_matrix(const finshell_section *section, int32
 
 /* The same for the elements of a block, of which X, thickness and offset count: what has grown keeps its mass.
  * Errors: -1, -2, -3, -6. Since 0.1. */
-int32_t finshell_elements_mass(const finshell_section *section, const finshell_elements *elements, double *consistent,
+FINSHELL_API int32_t finshell_elements_mass(const finshell_section *section, const finshell_elements *elements, double *consistent,
                                double *lumped, int32_t *codes, finshell_status *status);
 
 /* Follower pressure on n flat triangles, in displacements only: that of membranes. On curved elements: finshell_elements_pressure.
@@ -470,26 +470,26 @@ typedef struct finshell_assembly finshell_assembly;
  *   section [sections]   of the elements. Looked at for their kind, shell or membrane, and not kept: later calls may have others of the
  *                        same kinds.
  * Memory: some 400 bytes an element, and the pattern. Errors: -1, -6. Since 0.1. */
-int32_t finshell_assembly_create(const finshell_mesh *mesh, int32_t sections, const finshell_section *const *section,
+FINSHELL_API int32_t finshell_assembly_create(const finshell_mesh *mesh, int32_t sections, const finshell_section *const *section,
                                  finshell_assembly **assembly, finshell_status *status);
 
 /* Frees an assembly; NULL is ignored, and so is what is none. Since 0.1. */
-void finshell_assembly_destroy(finshell_assembly *assembly);
+FINSHELL_API void finshell_assembly_destroy(finshell_assembly *assembly);
 
 /* Freedoms of a node, rows and stored entries of the matrix. Errors: -1. Since 0.1. */
-int32_t finshell_assembly_size(const finshell_assembly *assembly, int32_t *nodal, int32_t *rows, int64_t *entries,
+FINSHELL_API int32_t finshell_assembly_size(const finshell_assembly *assembly, int32_t *nodal, int32_t *rows, int64_t *entries,
                                finshell_status *status);
 
 /* freedoms [nodes][nodal]: the row of each freedom, -1: it has none. Errors: -1. Since 0.1. */
-int32_t finshell_assembly_freedoms(const finshell_assembly *assembly, int32_t *freedoms, finshell_status *status);
+FINSHELL_API int32_t finshell_assembly_freedoms(const finshell_assembly *assembly, int32_t *freedoms, finshell_status *status);
 
 /* The pattern, compressed rows from 0: row i has the entries starts[i] ... starts[i + 1] - 1, their columns rising.
  *   starts [rows + 1], columns [entries]
  * Errors: -1, also where a matrix has more than 2147483647 entries. Since 0.1. */
-int32_t finshell_assembly_pattern(const finshell_assembly *assembly, int32_t *starts, int32_t *columns, finshell_status *status);
+FINSHELL_API int32_t finshell_assembly_pattern(const finshell_assembly *assembly, int32_t *starts, int32_t *columns, finshell_status *status);
 
 /* The same in 64 bits. Errors: -1. Since 0.1. */
-int32_t finshell_assembly_pattern_64(const finshell_assembly *assembly, int64_t *starts, int64_t *columns,
+FINSHELL_API int32_t finshell_assembly_pattern_64(const finshell_assembly *assembly, int64_t *starts, int64_t *columns,
                                      finshell_status *status);
 
 /* Internal forces and tangent.
@@ -498,7 +498,7 @@ int32_t finshell_assembly_pattern_64(const finshell_assembly *assembly, int64_t 
  *   force, values        internal forces and their derivative are added
  *   codes [elements]
  * Errors: all codes. Since 0.1. */
-int32_t finshell_assembly_evaluate(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
+FINSHELL_API int32_t finshell_assembly_evaluate(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
                                    const finshell_elements *elements, double *energy, double *force, double *values,
                                    int32_t *codes, finshell_status *status);
 
@@ -506,7 +506,7 @@ int32_t finshell_assembly_evaluate(const finshell_assembly *assembly, int32_t se
  * times its derivative to values. With factor -1 both belong to residual and tangent.
  *   pressure [elements]   0 where there is none
  * Errors: all codes but 2 and 4. Since 0.1. */
-int32_t finshell_assembly_pressure(const finshell_assembly *assembly, const finshell_elements *elements, const double *pressure,
+FINSHELL_API int32_t finshell_assembly_pressure(const finshell_assembly *assembly, const finshell_elements *elements, const double *pressure,
                                    int32_t form, const double *origin, double factor, double *force, double *values,
                                    int32_t *codes, finshell_status *status);
 
@@ -516,7 +516,7 @@ int32_t finshell_assembly_pressure(const finshell_assembly *assembly, const fins
  *   volume [1]                 seen from `origin`; of a closed surface the enclosed one
  *   gradient [nodes][nodal]    is added
  * Errors: all codes but 2 and 4. Since 0.1. */
-int32_t finshell_assembly_volume(const finshell_assembly *assembly, const finshell_elements *elements, const double *side,
+FINSHELL_API int32_t finshell_assembly_volume(const finshell_assembly *assembly, const finshell_elements *elements, const double *side,
                                  const double *origin, double *volume, double *gradient, int32_t *codes, finshell_status *status);
 
 /* Masses, as finshell_mass_matrix has them.
@@ -524,18 +524,18 @@ int32_t finshell_assembly_volume(const finshell_assembly *assembly, const finshe
  *   lumped [nodes][nodal]   factor times the diagonal of the lumped matrix is added
  *   values                  factor times the consistent matrix is added
  * Errors: -1, -2, -3, -6. Since 0.1. */
-int32_t finshell_assembly_mass(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
+FINSHELL_API int32_t finshell_assembly_mass(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
                                const double *X, double factor, double *lumped, double *values, int32_t *codes,
                                finshell_status *status);
 
 /* Dead tractions: a third of the load of each (flat) element to each of its nodes.
  *   traction [elements][3]   force per reference area, global axes
  * Errors: -1, -2, -3, -6. Since 0.1. */
-int32_t finshell_assembly_traction(const finshell_assembly *assembly, const double *X, const double *traction, double factor,
+FINSHELL_API int32_t finshell_assembly_traction(const finshell_assembly *assembly, const double *X, const double *traction, double factor,
                                    double *force, int32_t *codes, finshell_status *status);
 
 /* Weight: the areal mass of the sections times acceleration [3]. Errors: -1, -2, -3, -6. Since 0.1. */
-int32_t finshell_assembly_gravity(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
+FINSHELL_API int32_t finshell_assembly_gravity(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
                                   const double *X, const double *acceleration, double factor, double *force, int32_t *codes,
                                   finshell_status *status);
 
@@ -545,7 +545,7 @@ int32_t finshell_assembly_gravity(const finshell_assembly *assembly, int32_t sec
  *   load [n][3]             force per reference length, global axes
  *   codes [n]               of the loads; status->index is the load, too
  * Errors: all codes but 2 and 4. Since 0.1. */
-int32_t finshell_assembly_line_load(const finshell_assembly *assembly, const finshell_elements *elements, int32_t n,
+FINSHELL_API int32_t finshell_assembly_line_load(const finshell_assembly *assembly, const finshell_elements *elements, int32_t n,
                                     const int32_t *element, const int32_t *side, const double *load, double factor,
                                     double *force, double *values, int32_t *codes, finshell_status *status);
 
