@@ -5,8 +5,8 @@
 hemisphere: pinched, 512 facets of linear elastic shell, in twenty steps of its forces (examples/sze34: Sze, Liu & Lo 2004, 3.4).
 disk: rubber, blown up by a pressure that follows it, 384 facets, to 17 and to 50 psi (examples/rubber_disk: Caselli & Bisegna).
 
-A host reads a case by `load`, asks `Shell` for the equations of its elements, and tells by `report` how far its displacements are from
-those of the driver.
+A host reads a case by `load`, asks `Shell` for the equations of its elements, and tells by `report` how far its displacements are
+from those of the driver.
 """
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ LIMIT = 1e-9  # of the difference from the driver, over the largest displacement
 TIGHT = ["--set", "step.tolerance='tight'", "--set", "step.residual_tolerance=1e-11", "--set", "step.correction_tolerance=1e-10"]
 
 
-def driver(example, name, *words):
-    """Nodes, triangles, load factors, and displacements at each of them."""
+def driver(example, name):
+    """What an example gives: nodes, triangles, load factors, and displacements at each of them."""
     from finshell.results import Results
     with tempfile.TemporaryDirectory() as folder:
-        run = subprocess.run([os.environ["FINSHELL_BIN"], "run", "--quiet", str(ROOT / "examples" / example), "-o", folder, *TIGHT, *words],
+        run = subprocess.run([os.environ["FINSHELL_BIN"], "run", "--quiet", str(ROOT / "examples" / example), "-o", folder, *TIGHT],
                              capture_output=True, text=True, check=False)
         if run.returncode != 0:
             sys.exit(f"cases.py: the driver failed:\n{run.stdout}{run.stderr}")
@@ -39,46 +39,47 @@ def driver(example, name, *words):
         return results.points, results.triangles, results.load_factor, [results.displacement(step) for step in range(results.steps)]
 
 
-def symmetric(held, points, axis):
-    """A plane of symmetry, normal to an axis: the displacement along it, and the rotations about the others."""
-    plane = np.abs(points[:, axis]) < 1e-9
-    held[np.ix_(plane, [axis] + [3 + k for k in range(3) if k != axis])] = True
+def quarter(points):
+    """Which of the six freedoms of the nodes two planes of symmetry hold: displacements along, rotations about other axes than
+    their normals."""
+    held = np.zeros((len(points), 6), bool)
+    for axis in (0, 1):
+        held[np.ix_(np.abs(points[:, axis]) < 1e-9, [axis] + [3 + k for k in range(3) if k != axis])] = True
+    return held
 
 
 def hemisphere():
     """The case, as arrays."""
     points, triangles, factor, displacement = driver("sze34/input.nml", "sze34")
-    held, load = np.zeros((len(points), 6), bool), np.zeros((len(points), 6))
-    symmetric(held, points, 0)
-    symmetric(held, points, 1)
+    held, forces = quarter(points), np.zeros((len(points), 6))
     pulled, pushed = (int(np.argmin(np.linalg.norm(points - 10.0 * np.eye(3)[axis], axis=1))) for axis in (0, 1))
     held[pulled, 2] = True
-    load[pulled, 0], load[pushed, 1] = 200.0, -200.0
-    # a sphere about the origin: positions are normals
-    return {"law": "linear_elastic", "names": ["e", "nu"], "values": [6.825e7, 0.3], "thickness": 0.04, "points": points,
-            "triangles": triangles, "normals": points[triangles], "straight": np.zeros(triangles.shape, int), "held": held, "load": load, "pressure": 0.0, "steps": np.linspace(0.05, 1.0, 20),
+    forces[pulled, 0], forces[pushed, 1] = 200.0, -200.0
+    return {"law": "linear_elastic", "names": ["e", "nu"], "values": [6.825e7, 0.3], "thickness": 0.04,
+            "points": points, "triangles": triangles, "held": held, "forces": forces, "pressure": 0.0,
+            "normals": points[triangles],  # of a sphere about the origin; their length does not matter
+            "straight": np.zeros(triangles.shape, int), "steps": np.linspace(0.05, 1.0, 20),
             "compared": [1.0], "displacement": [displacement[np.argmin(np.abs(factor - 1.0))]]}
 
 
 def disk():
     """The case, as arrays."""
     points, triangles, factor, displacement = driver("rubber_disk/rubber_disk.nml", "rubber_disk")
-    held = np.zeros((len(points), 6), bool)
-    symmetric(held, points, 0)
-    symmetric(held, points, 1)
-    rim = np.hypot(points[:, 0], points[:, 1]) > 7.5 * (1 - 1e-9)
+    held, rim = quarter(points), np.hypot(points[:, 0], points[:, 1]) > 7.5 * (1 - 1e-9)
     held[np.ix_(rim, [0, 1, 2])] = True  # hinged
-    ends = rim[triangles]
-    straight = 2 * (ends & np.roll(ends, -1, axis=1))  # sides on the rim are held in both directions
     compared = [17 / 70, 50 / 70]
-    return {"law": "mooney_rivlin", "names": ["c10", "c01"], "values": [80.0, 20.0], "thickness": 0.5, "points": points,
-            "triangles": triangles, "normals": np.broadcast_to([0.0, 0.0, 1.0], (len(triangles), 3, 3)), "straight": straight, "held": held, "load": np.zeros((len(points), 6)), "pressure": 70.0,
-            "steps": np.concatenate([np.array([0.1, 0.3, 1, 3, 8, 17]) / 70, np.linspace(17, 50, 12)[1:] / 70]), "compared": compared,
-            "displacement": [displacement[np.argmin(np.abs(factor - level))] for level in compared]}
+    return {"law": "mooney_rivlin", "names": ["c10", "c01"], "values": [80.0, 20.0], "thickness": 0.5,
+            "points": points, "triangles": triangles, "held": held, "forces": np.zeros((len(points), 6)), "pressure": 70.0,
+            "normals": np.tile([0.0, 0.0, 1.0], (len(triangles), 3, 1)),
+            # sides on the rim are held along both of their normals, so neither drilling rotations nor slopes bend them
+            "straight": 2 * (rim[triangles] & rim[np.roll(triangles, -1, axis=1)]),
+            "steps": np.concatenate([[0.1, 0.3, 1, 3, 8], np.linspace(17, 50, 12)]) / 70,
+            "compared": compared, "displacement": [displacement[np.argmin(np.abs(factor - level))] for level in compared]}
 
 
 def load(path):
-    """A case as an object. step `k` has the loads times steps[k]; displacement (compared, nodes, 3) is that of the driver."""
+    """A case as an object. In step k forces and pressure are multiplied by steps[k]; displacement (levels, nodes, 3) is that of the
+    driver at the load factors `compared`."""
     with np.load(path) as file:
         return SimpleNamespace(**{name: values.item() if values.ndim == 0 else values for name, values in file.items()})
 
@@ -105,13 +106,14 @@ class Shell:
 
 
 def report(case, factor, displacement):
-    """Print the difference from the driver, where there is one to be told; an error if it is larger than LIMIT."""
+    """Print the difference from the driver at a load factor where its answer is known; it ends the program if larger than LIMIT."""
     for level, expected in zip(case.compared, case.displacement):
         if abs(level - factor) < 1e-12:
-            difference = np.abs(displacement - expected).max() / np.abs(expected).max()
-            print(f"load factor {factor:.6f}: largest displacement {np.abs(displacement).max():.9f}, difference from the driver {difference:.1e}")
+            largest = np.abs(expected).max()
+            difference = np.abs(displacement - expected).max() / largest
+            print(f"load factor {factor:.6f}: largest displacement {largest:.9f}, difference from the driver {difference:.1e}", flush=True)
             if not difference < LIMIT:
-                sys.exit(f"the displacements differ from those of the driver by {difference:.1e} of the largest, expected less than {LIMIT:.0e}")
+                sys.exit(f"the largest difference from the driver's displacements is {difference:.1e} of {largest}; the limit is {LIMIT:.0e}")
 
 
 if __name__ == "__main__":

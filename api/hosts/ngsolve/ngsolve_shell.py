@@ -30,7 +30,7 @@ class Equations:
     condense = False
 
     def __init__(self, case, space):
-        self.case, self.shell, self.load_factor = case, cases.Shell(case), 0.0
+        self.case, self.shell, self.factor = case, cases.Shell(case), 0.0
         # of an element: 18 numbers, component by component; ours are node by node
         self.dofs = np.array([space.GetDofNrs(ngsolve.ElementId(ngsolve.BND, e)) for e in range(len(case.triangles))])
         self.dofs = self.dofs.reshape(-1, 6, 3).transpose(0, 2, 1).reshape(-1, 18)
@@ -41,10 +41,11 @@ class Equations:
     def AssembleLinearization(self, vector):
         """The matrix at a state; the residual comes with it."""
         x = vector.FV().NumPy()
-        force, tangent = self.shell.equations(x[self.dofs].reshape(-1, 3, 6), self.load_factor)
+        force, tangent = self.shell.equations(x[self.dofs].reshape(-1, 3, 6), self.factor)
         self.residual = np.bincount(self.dofs.ravel(), force.ravel(), len(x))
-        self.residual[self.of_node] -= self.load_factor * self.case.load
-        self.mat = ngsolve.la.SparseMatrixd.CreateFromCOO(self.rows.tolist(), self.columns.tolist(), tangent.ravel().tolist(), len(x), len(x))
+        self.residual[self.of_node] -= self.factor * self.case.forces
+        triplets = self.rows.tolist(), self.columns.tolist(), tangent.ravel().tolist()
+        self.mat = ngsolve.la.SparseMatrixd.CreateFromCOO(*triplets, len(x), len(x))
 
     def Apply(self, _, result):
         """The residual; Newton has called AssembleLinearization at the same state."""
@@ -53,7 +54,7 @@ class Equations:
 
 def main():
     case = cases.load(sys.argv[1])
-    print("NGSolve", ngsolve.__version__)
+    print("NGSolve", ngsolve.__version__, flush=True)
     scalar = ngsolve.H1(surface(case.points, case.triangles), order=1)
     space = ngsolve.FESpace([scalar] * 6)
     equations, state, free = Equations(case, space), ngsolve.GridFunction(space), ngsolve.BitArray(space.ndof)
@@ -61,7 +62,7 @@ def main():
     for dof in equations.of_node[case.held]:
         free.Clear(int(dof))
     for factor in case.steps:
-        equations.load_factor, errors = factor, []
+        equations.factor, errors = factor, []
         failed, iterations = Newton(equations, state, freedofs=free, inverse="umfpack", maxerr=1e-8, maxit=30, printing=False,
                                     callback=lambda _, error: errors.append(error))
         print(f"load factor {factor:.6f}: {iterations} iterations,", " ".join(f"{e:.1e}" for e in errors[-4:]))
