@@ -111,9 +111,10 @@ def report(case, factor, displacement):
         if abs(level - factor) < 1e-12:
             largest = np.abs(expected).max()
             difference = np.abs(displacement - expected).max() / largest
-            print(f"load factor {factor:.6f}: largest displacement {largest:.9f}, difference from the driver {difference:.1e}", flush=True)
+            print(f"load factor {factor:.6f}: largest displacement {largest:.9f}, difference from the driver {difference:.1e}",
+                  flush=True)
             if not difference < LIMIT:
-                sys.exit(f"the largest difference from the driver's displacements is {difference:.1e} of {largest}; the limit is {LIMIT:.0e}")
+                sys.exit(f"the largest difference from the driver is {difference:.1e} of {largest}, the limit is {LIMIT:.0e}")
 
 
 if __name__ == "__main__":
