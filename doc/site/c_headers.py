@@ -14,9 +14,9 @@ FULL = 115  # characters of a line with which the next word begins another one
 class Part:
     """A comment at the beginning of a line, and the code up to the next one."""
 
-    def __init__(self, comment, code, line, section):
+    def __init__(self, comment, code, section):
         self.lines = [re.sub(r"^ \* ?", "", line).rstrip() for line in comment.strip("\n").splitlines()]
-        self.code, self.line, self.section = FRAME.sub("", code).strip("\n"), line, section
+        self.code, self.section = FRAME.sub("", code).strip("\n"), section
         self.title = ""
         if self.lines and re.match(r" ?-{5}", self.lines[0]):
             self.title = self.lines.pop(0).strip(" -")
@@ -57,7 +57,7 @@ def parts(text):
     found, section = [], None
     places = list(COMMENT.finditer(text))
     for place, following in zip(places, [*places[1:], None]):
-        part = Part(place.group(1), text[place.end():following.start() if following else len(text)], text.count("\n", 0, place.start()) + 1, section)
+        part = Part(place.group(1), text[place.end():following.start() if following else len(text)], section)
         section = part if part.title else section
         found.append(part)
     return found
@@ -70,10 +70,12 @@ def functions(text):
 
 def undocumented(path):
     """Sentences: file, line and name of every type or function without a comment of its own, and every function without "Since"."""
-    found = []
-    for part in parts(path.read_text(encoding="utf-8")):
+    found, text = [], path.read_text(encoding="utf-8")
+    code = re.sub(r"/\*.*?\*/", lambda comment: re.sub(r"[^\n]", " ", comment.group()), text, flags=re.S)
+    for part in parts(text):
         for number, (name, function) in enumerate(part.declared()):
-            place = f"{path}:{part.line}: {name} has no"
+            at = re.search(rf"\b{name}\s*\(" if function else rf"\b{name}\b", code).start()
+            place = f"{path}:{code.count(chr(10), 0, at) + 1}: {name} has no"
             if number > 0 or part.title or not part.words():
                 found.append(f"{place} comment of its own (one that begins a line, before it)")
             elif function and not any(re.search(r"[Ss]ince \d+\.\d+", p.words()) for p in (part, part.section) if p):

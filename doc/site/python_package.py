@@ -1,8 +1,7 @@
 """Pages of the Python package: which modules are public, and what in them has no docstring."""
 import ast
+import importlib.util
 from pathlib import Path
-
-NOTE = "A function, class, method or module of the Python package that everybody may call says what it does, in a docstring."
 
 
 def modules(package):
@@ -66,6 +65,18 @@ def comments(path):
             if comment.startswith("#"):
                 found[node.name, target.id] = comment.lstrip("#:").strip()
     return found
+
+
+def absent(package):
+    """Modules that the package imports and that are not installed: optional ones, which the documentation does without."""
+    names = set()
+    for path in package.glob("*.py"):
+        for node in ast.walk(parsed(path)):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                names.add(node.module.partition(".")[0])
+    return sorted(name for name in names if importlib.util.find_spec(name) is None)
 
 
 def page(package):

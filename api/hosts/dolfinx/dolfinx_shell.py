@@ -95,7 +95,7 @@ def main():
         errors.clear()
         snes.solve(None, x)
         if first:
-            print(f"load factor {factor:.6f}: {snes.getIterationNumber()} iterations,", " ".join(f"{e:.1e}" for e in errors[-4:]))
+            print(f"load factor {factor:.6f}: {snes.getIterationNumber()} iterations,", " ".join(f"{e:.1e}" for e in errors))
         if snes.getConvergedReason() <= 0:
             sys.exit(f"no convergence: reason {snes.getConvergedReason()}")
         displacement = equations.displacement(x)

@@ -65,7 +65,7 @@ def main():
         equations.factor, errors = factor, []
         failed, iterations = Newton(equations, state, freedofs=free, inverse="umfpack", maxerr=1e-8, maxit=30, printing=False,
                                     callback=lambda _, error: errors.append(error))
-        print(f"load factor {factor:.6f}: {iterations} iterations,", " ".join(f"{e:.1e}" for e in errors[-4:]))
+        print(f"load factor {factor:.6f}: {iterations} iterations,", " ".join(f"{e:.1e}" for e in errors))
         if failed:
             sys.exit("no convergence")
         cases.report(case, factor, state.vec.FV().NumPy()[equations.of_node[:, :3]])
