@@ -17,7 +17,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import installed  # noqa: E402
 
 PROGRAMS = (("test_capi_errors", ()), ("test_capi_elements", ()), ("test_capi_physics", ()), ("test_capi_pressure", ()),
-            ("test_capi_batch", ("9",)), ("test_capi_fuzz", ("300",)))  # a few elements are enough
+            ("test_capi_batch", ("9",)), ("test_capi_fuzz", ("300",)), ("test_capi_guards", ("1", "memory")))  # a few elements are enough
 
 
 def build(name, flags):
@@ -77,7 +77,8 @@ class Clean(unittest.TestCase):
         suppressed = os.path.join(folder, "critical.txt")
         with open(suppressed, "w", encoding="utf-8") as f:
             f.writelines(f"race:^{name}$\n" for name in critical_procedures())
-        self.run_all(folder, programs=(("test_capi_batch", ("0",)),), TSAN_OPTIONS=f"exitcode=9:suppressions={suppressed}:log_path={folder}/log",
+        self.run_all(folder, programs=(("test_capi_batch", ("0",)), ("test_capi_guards", ("2", "threads"))),
+                     TSAN_OPTIONS=f"exitcode=9:suppressions={suppressed}:log_path={folder}/log",
                      OMP_NUM_THREADS="1")
 
     @unittest.skipUnless(shutil.which("valgrind"), "valgrind is not installed")
