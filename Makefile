@@ -8,7 +8,7 @@ VENV := build/venv
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-extremes build tools gallery site benchmark accuracy lint format install wheel test-wheel sdist clean distclean configure fpm-build fpm-run fpm-test
+.PHONY: help run test test-extremes test-hosts build tools gallery site benchmark accuracy lint format install wheel test-wheel sdist clean distclean configure fpm-build fpm-run fpm-test
 
 help: ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 16
@@ -29,6 +29,13 @@ test-extremes: ## All extremes: 100 000 random elements in quadruple precision, 
 	FINSHELL_PRECISION_BLOCKS=$${FINSHELL_PRECISION_BLOCKS:-400} FINSHELL_FUZZ=$${FINSHELL_FUZZ:-5000} ctest --preset $(PRESET) -R '^(precision|fuzz)\.|capi_fuzz' -V --timeout 3600
 	FINSHELL_BIN=$(CURDIR)/build/bin/finshell FINSHELL_BINARY_DIR=$(CURDIR)/$(BUILD) FINSHELL_SOURCE_DIR=$(CURDIR) \
 	  $(VENV)/bin/python test/extremes/test_extremes.py --all --page doc/extremes.md
+
+# What is missing is an error here, while `make test` leaves it out. FINSHELL_DOLFINX_PYTHON: a Python that has dolfinx.
+test-hosts: ## Solve the hemisphere and the rubber disk in DOLFINx and NGSolve, and install these (api/hosts, doc/hosts.md)
+	@tools/install_dependencies build hosts
+	@$(MAKE) --no-print-directory configure
+	cmake --build --preset $(PRESET) -j $(JOBS) --target finshell_program finshell -- --quiet
+	FINSHELL_HOSTS=required ctest --preset $(PRESET) -R '^hosts[.]test_mesh_hosts$$' --no-tests=error -V
 
 build: ## Build everything: build/bin, build/lib
 	@tools/install_dependencies build

@@ -29,7 +29,7 @@ def pages():
         found[path.relative_to(ROOT)] = Path(path.name)
     for path in sorted({p.parent / "README.md" for p in (ROOT / "examples").glob("*/*.nml")} | set((ROOT / "examples").glob("*/README.md"))):
         found[path.relative_to(ROOT)] = Path("examples") / f"{path.parent.name}.md"
-    for path in sorted((ROOT / "api").glob("*/README.md")):
+    for path in sorted((ROOT / "api").rglob("README.md")):
         found[path.relative_to(ROOT)] = Path("hosts") / f"{path.parent.name}.md"
     return {old: new for old, new in found.items() if new}
 

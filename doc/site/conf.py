@@ -3,8 +3,14 @@ import re
 import sys
 from pathlib import Path
 
+from sphinx.ext.autodoc.mock import mock
+from sphinx.pycode import ModuleAnalyzer
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "api" / "python"))
+sys.path[:0] = [str(ROOT / "api" / "python"), str(ROOT / "doc" / "site")]
+import python_package  # noqa: E402
+
+PACKAGE = ROOT / "api" / "python" / "finshell"
 
 project = "finshell"
 author = "the authors of finshell"
@@ -17,8 +23,10 @@ html_show_sphinx = False
 html_copy_source = False
 html_show_sourcelink = False
 pygments_style = "friendly"
+autodoc_mock_imports = python_package.absent(PACKAGE)
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
+autoclass_content = "both"
 suppress_warnings = ["misc.highlighting_failure"]  # namelists are shown as Fortran, which they nearly are
 nitpicky = False
 smartquotes = False
@@ -44,7 +52,17 @@ def short_arrays(app, what, name, obj, options, signature, returns):
     return short(signature), short(returns)
 
 
+def attributes_have_comments(app):
+    """The comment behind an attribute is its documentation, as if it began with `#:`."""
+    for path in PACKAGE.glob("*.py"):
+        with mock(autodoc_mock_imports):
+            analyzer = ModuleAnalyzer.for_module("finshell" if path.stem == "__init__" else f"finshell.{path.stem}")
+        analyzer.analyze()
+        analyzer.attr_docs.update({place: [text, ""] for place, text in python_package.comments(path).items()})
+
+
 def setup(app):
     """Called by Sphinx."""
+    app.connect("builder-inited", attributes_have_comments)
     app.connect("autodoc-process-signature", short_arrays)
     app.connect("autodoc-process-docstring", indented_is_code)

@@ -1,12 +1,12 @@
-"""Pages of the interfaces, from the sources: Fortran modules by their !> comments, finshell.h, the Python package."""
+"""Pages of the interfaces, from the sources: Fortran modules by their !> comments, the C headers, the Python package."""
 import re
+import sys
 import textwrap
 from pathlib import Path
 
-
-def escaped(text):
-    """Words of a comment as Markdown: what looks like markup is none."""
-    return re.sub(r"(?<!`)([<>*_\[\]$|])", r"\\\1", text)
+import c_headers
+import python_package
+from markup import escaped
 
 
 def paragraphs(lines):
@@ -132,47 +132,11 @@ def fortran(root, folder):
     return names
 
 
-def c_header(root, folder):
-    """finshell.h: its comments as words, what they stand before as code."""
-    text = (root / "api" / "finshell.h").read_text(encoding="utf-8")
-    parts = ["# finshell.h", "## Conventions"]
-    for number, (comment, code) in enumerate(re.findall(r"^/\*(.*?)\*/\n?(.*?)(?=^/\*|\Z)", text, re.S | re.M)):
-        lines = [re.sub(r"^ \* ?", "", line).rstrip() for line in comment.splitlines()]
-        if lines[0].strip().startswith("-----"):
-            parts.append("## " + lines[0].strip(" -").capitalize())
-            lines = [""]
-        function = re.search(r"^FINSHELL_API (?:int32_t|void|const char \*)\s*(finshell_\w+)\(", code, re.M) or re.search(r"^(?:typedef struct )(finshell_\w+)", code, re.M)
-        if function:
-            parts.append(f"### {function.group(1)}")
-        words = " ".join(lines) if number else "\n".join(lines)
-        if words.strip():
-            parts.append(escaped(words.strip()) if number else "```text\n" + words.strip() + "\n```")
-        if code.strip():
-            parts.append("```c\n" + code.strip() + "\n```")
-    (folder / "c_header.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
-
-
-PYTHON = """# Python package
-
-```{eval-rst}
-.. automodule:: finshell
-   :members:
-   :imported-members:
-   :undoc-members:
-
-.. automodule:: finshell.results
-   :members:
-   :exclude-members: Values
-
-.. automodule:: finshell.fit
-   :members: read, fit, Data, Fit, report, warnings
-```
-"""
-
-
 def write(root: Path, folder: Path):
-    """Write all of them; the pages for the side of the site."""
+    """Write all of them; the pages for the side of the site. What is public and has no words is an error."""
     fortran(root, folder)
-    c_header(root, folder)
-    (folder / "python.md").write_text(PYTHON, encoding="utf-8")
-    return ["fortran", "c_header", "python"]
+    headers, missing = c_headers.write(root, folder)
+    python, without = python_package.write(root, folder)
+    if missing or without:
+        sys.exit("\n".join([*missing, *without]))
+    return ["fortran", *headers, *python]
