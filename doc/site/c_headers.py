@@ -92,9 +92,10 @@ class Names:
 
     def linked(self, text, own=""):
         """Words of a comment as Markdown, with links to what is explained elsewhere than under `own`."""
-        words = re.split(r"(?<!\w)(finshell_\w+)", text)
-        return "".join(f"[{escaped(word)}]({self.page[word]}#{word})" if i % 2 and word in self.page and word != own else escaped(word)
-                       for i, word in enumerate(words))
+        def link(word):
+            return f"[{escaped(word)}]({self.page[word]}#{word})" if word in self.page and word != own else escaped(word)
+
+        return "".join(link(word) for word in re.split(r"(?<!\w)(finshell_\w+)", text))
 
 
 def page_name(path):
@@ -120,7 +121,8 @@ def items(lines):
         plain = found and found[-1][1] and indent == found[-1][0] == 0
         # in the column of an item without a term, whose last line had no room for this word
         before = lines[number - 1] if number else ""
-        full = indent == len(before) - len(before.lstrip()) > 0 and not term and not TERM.match(before) and len(f"{before} {line.split()[0]}") > FULL
+        same_column = indent == len(before) - len(before.lstrip()) > 0 and not term and not TERM.match(before)
+        full = same_column and len(f"{before} {line.split()[0]}") > FULL
         if deeper or plain or full:
             found[-1] = (found[-1][0], f"{found[-1][1]} {line.strip()}")
             continue

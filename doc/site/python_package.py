@@ -45,7 +45,8 @@ def is_public(node):
 
 def undocumented(package):
     """Sentences: file, line and name of everything public without a docstring."""
-    found = [f"{path}:1: the module {name} has no docstring" for name, path in modules(package) if not ast.get_docstring(parsed(path))]
+    found = [f"{path}:1: the module {name} has no docstring" for name, path in modules(package)
+             if not ast.get_docstring(parsed(path))]
     for path, node in definitions(package):
         members = [member for member in node.body if is_public(member)] if isinstance(node, ast.ClassDef) else []
         for name, what in [(node.name, node), *((f"{node.name}.{member.name}", member) for member in members)]:
@@ -61,8 +62,8 @@ def comments(path):
     for node in ast.parse(text).body:
         for line in node.body if isinstance(node, ast.ClassDef) else []:
             target = line.target if isinstance(line, ast.AnnAssign) else line.targets[0] if isinstance(line, ast.Assign) else None
-            comment = lines[line.end_lineno - 1].encode()[line.end_col_offset:].decode().strip() if isinstance(target, ast.Name) else ""
-            if comment.startswith("#"):
+            comment = lines[line.end_lineno - 1].encode()[line.end_col_offset:].decode().strip()  # columns count bytes
+            if isinstance(target, ast.Name) and comment.startswith("#"):
                 found[node.name, target.id] = comment.lstrip("#:").strip()
     return found
 
@@ -83,8 +84,9 @@ def page(package):
     """The page, for autodoc."""
     parts = ["# Python package"]
     for name, _ in modules(package):
-        options = [":members:", ":undoc-members:"] + ([":imported-members:"] if name == package.name else [])
-        parts += [f"## {name}", "```{eval-rst}\n.. automodule:: " + name + "\n" + "".join(f"   {option}\n" for option in options) + "```"]
+        options = ["members", "undoc-members"] + (["imported-members"] if name == package.name else [])
+        lines = [f".. automodule:: {name}", *(f"   :{option}:" for option in options)]
+        parts += [f"## {name}", "\n".join(["```{eval-rst}", *lines, "```"])]
     return "\n\n".join(parts) + "\n"
 
 
