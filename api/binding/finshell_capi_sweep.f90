@@ -262,14 +262,16 @@ contains
    subroutine deposit(job, desk)
       class(job_t), intent(inout) :: job
       type(desk_t), intent(in) :: desk
-      integer :: i, j, m, n, node
+      integer :: c, i, j, m, n, node
       n = desk%freedoms
       m = n/n_corners
       if (associated(job%nodal)) then
          do i = 1, desk%n
             do j = 1, n_corners
                node = job%layout%corner(j, desk%first + i)
-               job%nodal(:m, node) = job%nodal(:m, node) + job%factor*desk%force(n*(i - 1) + m*(j - 1) + 1:n*(i - 1) + m*j)
+               do c = 1, m
+                  job%nodal(c, node) = job%nodal(c, node) + job%factor*desk%force(n*(i - 1) + m*(j - 1) + c)
+               end do
             end do
          end do
       end if
