@@ -12,7 +12,7 @@ except ImportError as missing:
     sys.exit(77)
 
 SOURCE = os.environ["FINSHELL_SOURCE_DIR"]
-sys.path.insert(0, os.path.join(SOURCE, "api", "python"))
+sys.path[:0] = [os.path.join(SOURCE, "api", "python"), os.path.join(SOURCE, "test", "api")]
 import finshell  # noqa: E402
 
 Q = finshell.Rotation.QUATERNION
@@ -133,6 +133,14 @@ class Assembly(unittest.TestCase):
         both = finshell.Assembly(self.triangles, [self.section, film], section_of=part)
         e = [s.evaluate(self.X[t], self.u[t], self.q[t], Q) for s, t in ((self.section, self.triangles[part == 0]), (film, self.triangles[part == 1]))]
         self.assertAlmostEqual(both.evaluate(self.X, self.u, self.q, Q).energy, e[0].energy.sum() + e[1].energy.sum())
+
+    def test_guide(self):
+        """The lines of doc/c_api.md."""
+        import installed
+        names = {"finshell": finshell, "np": np, "section": self.section}
+        exec(installed.fragments("Python", "python"), names)
+        self.assertEqual((names["a"].rows, names["r"].matrix.shape), (12, (12, 12)))
+        self.assertTrue((names["du"][1:3, 2] > 0).all() and (names["du"][[0, 3]] == 0).all())
 
     def test_errors(self):
         a = finshell.Assembly(self.triangles, self.section)
