@@ -244,7 +244,7 @@ contains
 
       !> Membranes have neither rotations nor normals.
       subroutine press_membranes()
-         real(c_double), allocatable :: force(:, :), matrix(:, :, :)
+         real(c_double) :: f(n_shell), k(n_shell, n_shell)
          integer :: e
          desk%rotations = 0
          desk%block%convention = rotation_vector
@@ -252,13 +252,14 @@ contains
          desk%block%normals = c_null_ptr
          desk%block%straight = c_null_ptr
          desk%block%toward = c_null_ptr
-         allocate (force(n_shell, desk%n), matrix(n_shell, n_shell, merge(desk%n, 0, self%wants_matrix)))
-         call press(force, matrix)
-         do e = 1, desk%n
-            desk%force(n_membrane*(e - 1) + 1:n_membrane*e) = force(shell_displacements, e)
+         call press(desk%force, desk%matrix)
+         do e = 1, desk%n ! the displacements, one element behind the other: what is small moves to the front
+            f = desk%force(n_shell*(e - 1) + 1:n_shell*e)
+            desk%force(n_membrane*(e - 1) + 1:n_membrane*e) = f(shell_displacements)
             if (.not. self%wants_matrix) cycle
+            k = reshape(desk%matrix(n_shell**2*(e - 1) + 1:n_shell**2*e), [n_shell, n_shell])
             desk%matrix(n_membrane**2*(e - 1) + 1:n_membrane**2*e) = &
-               reshape(matrix(shell_displacements, shell_displacements, e), [n_membrane**2])
+               reshape(k(shell_displacements, shell_displacements), [n_membrane**2])
          end do
       end subroutine press_membranes
    end subroutine compute_pressure

@@ -183,7 +183,7 @@ contains
       real(c_double), pointer, contiguous, dimension(:, :) :: x, u, r, s
       integer(c_int32_t), pointer, contiguous :: straight(:, :)
       real(c_double) :: at(3, 3, 1), moved(3, 3, 1), state(4, 3, 1), f(n_shell, 1), k(n_shell, n_shell, 1)
-      real(c_double), allocatable :: turned(:, :, :)
+      real(c_double) :: turned(4, 3, 1)
       integer(c_int32_t) :: code(1)
       logical :: membrane, bulges
       integer :: c, convention, i, m, slot
@@ -192,7 +192,7 @@ contains
          membrane = layout%membrane(layout%section(e))
          convention = merge(rotation_vector, int(given%convention), membrane)
          c = merge(4, 3, convention == rotation_quaternion)
-         allocate (turned(c, 3, 1), source=0.0_c_double)
+         turned = 0
          state = 0
          call c_f_pointer(given%x, x, [uz, layout%nodes])
          call c_f_pointer(given%u, u, [uz, layout%nodes])
@@ -205,7 +205,7 @@ contains
             call c_f_pointer(given%rotations, r, [c, layout%nodes])
             if (convention == rotation_increment) call c_f_pointer(given%state, s, [4, layout%nodes])
             do i = 1, n_corners
-               turned(:, i, 1) = r(:, layout%corner(i, slot))
+               turned(:c, i, 1) = r(:, layout%corner(i, slot))
                if (convention == rotation_increment) state(:, i, 1) = s(:, layout%corner(i, slot))
             end do
             if (c_associated(given%straight)) then
@@ -214,9 +214,10 @@ contains
             end if
          end if
          if (job%wants_matrix) then
-            call line_loads(1, [side], reshape(load, [3, 1]), [bulges], at, moved, turned, convention, code, f, k, state)
+            call line_loads(1, [side], reshape(load, [3, 1]), [bulges], at, moved, turned(:c, :, :), convention, code, f, k, state)
          else
-            call line_loads(1, [side], reshape(load, [3, 1]), [bulges], at, moved, turned, convention, code, f, state=state)
+            call line_loads(1, [side], reshape(load, [3, 1]), [bulges], at, moved, turned(:c, :, :), convention, code, f, &
+                            state=state)
          end if
          found = code(1)
          m = merge(uz, n_shell/n_corners, membrane)

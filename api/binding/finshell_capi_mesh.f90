@@ -14,7 +14,7 @@ module finshell_capi_mesh
    use finshell_status, only: status_ok
    implicit none
    private
-   public :: c_mesh_t, layout_t, read_mesh, lay_out
+   public :: c_mesh_t, layout_t, read_mesh, lay_out, patch_size
 
    !> finshell_mesh of the header. What a shorter block does not hold is zero.
    type, bind(c) :: c_mesh_t
@@ -296,7 +296,8 @@ contains
       end do
       pattern%n = n
       pattern%symmetric = mesh%triangle == 1
-      allocate (pattern%start(n + 1), pattern%row(size(columns, kind=i8)), stat=memory)
+      allocate (pattern%start(n + 1), stat=memory)
+      if (memory == 0) allocate (pattern%row(size(columns, kind=i8)), stat=memory)
       if (memory /= 0) then
          code = refuse_memory(status, place)
          return
@@ -305,7 +306,7 @@ contains
       pattern%row = columns + 1_i4
    end function take_pattern
 
-   !> Memory that a layout needs at most while it is made, in words of 8 bytes. It is tried for, so that nothing runs out on the way.
+   !> Memory that a layout needs at most while it is made, in words of 8 bytes. It is tried for, so that none runs out on the way.
    pure integer(i8) function words(mesh)
       type(c_mesh_t), intent(in) :: mesh
       integer(i8), parameter :: of_node = 60, of_element = 420

@@ -10,7 +10,7 @@ module finshell_capi_sweep
    use finshell_capi_common, only: c_status_t, judge, refuse, refuse_memory
    use finshell_capi_element, only: forked, most_threads
    use finshell_capi_elements, only: c_elements_t, complaint, memcpy
-   use finshell_capi_mesh, only: layout_t
+   use finshell_capi_mesh, only: layout_t, patch_size
    use finshell_environment, only: environment_t, hold, release
    use finshell_freedoms, only: n_corners, n_nodal, n_shell, uz
    use finshell_scatter, only: add_element_matrix
@@ -19,6 +19,9 @@ module finshell_capi_sweep
    private
    public :: job_t, desk_t, sweep, gather, deposit, check_nodes, conclude_nodes
 
+   integer, parameter :: words_passed = 9 !< at most, of an element
+   integer, parameter :: members_passed = 3
+
    !> What a thread has before it: one patch.
    type :: desk_t
       integer :: n = 0 !< elements
@@ -26,14 +29,13 @@ module finshell_capi_sweep
       integer :: section = 0 !< from 1
       integer :: freedoms = n_shell !< of an element
       type(c_elements_t) :: block !< the patch as any call takes it
-      real(c_double), allocatable :: x(:, :, :), u(:, :, :), rotations(:, :, :), state(:, :, :), toward(:)
-      real(c_double), allocatable :: passed(:, :) !< what is by element, a member in a column
-      real(c_double), allocatable :: energy(:), force(:), matrix(:), pressure(:)
-      integer(c_int32_t), allocatable :: codes(:)
+      real(c_double) :: x(3, 3, patch_size), u(3, 3, patch_size), rotations(4, 3, patch_size), state(4, 3, patch_size)
+      real(c_double) :: toward(n_shell*patch_size)
+      real(c_double) :: passed(words_passed*patch_size, members_passed) !< what is by element, a member in a column
+      real(c_double) :: energy(patch_size), force(n_shell*patch_size), matrix(n_shell*n_shell*patch_size)
+      real(c_double) :: pressure(patch_size)
+      integer(c_int32_t) :: codes(patch_size)
    end type desk_t
-
-   integer, parameter :: words_passed = 9 !< at most, of an element
-   integer, parameter :: members_passed = 3
 
    !> What is done with each patch, and where it goes.
    type, abstract :: job_t
@@ -106,10 +108,9 @@ contains
       if (present(total)) total = 0
       associate (patches => job%layout%patches)
          team = team_of(job%given%threads, job%layout%elements)
-         allocate (desks(team), job%codes(job%layout%elements), job%part(size(patches%group)), stat=memory)
-         do me = 1, team
-            if (memory == 0) call furnish(job, desks(me), memory)
-         end do
+         allocate (desks(team), stat=memory)
+         if (memory == 0) allocate (job%codes(job%layout%elements), stat=memory)
+         if (memory == 0) allocate (job%part(size(patches%group)), stat=memory)
          if (memory /= 0) then
             code = refuse_memory(status, place)
             return
@@ -176,23 +177,6 @@ contains
       if (team_of == 1) return
       if (forked()) team_of = 1
    end function team_of
-
-   !> Room for the largest patch.
-   subroutine furnish(job, desk, memory)
-      class(job_t), intent(in) :: job
-      type(desk_t), intent(inout) :: desk
-      integer, intent(out) :: memory
-      integer :: most
-      most = 0
-      associate (first => job%layout%patches%first)
-         if (job%layout%elements > 0) most = maxval(first(2:) - first(:size(first) - 1))
-      end associate
-      allocate (desk%x(3, 3, most), desk%u(3, 3, most), desk%rotations(4, 3, most), desk%state(4, 3, most), stat=memory)
-      if (memory == 0) allocate (desk%toward(n_shell*most), desk%passed(words_passed*most, members_passed), stat=memory)
-      if (memory == 0) allocate (desk%energy(most), desk%force(n_shell*most), desk%pressure(most), desk%codes(most), stat=memory)
-      if (memory == 0 .and. job%wants_matrix) allocate (desk%matrix(n_shell*n_shell*most), stat=memory)
-      if (memory == 0 .and. .not. job%wants_matrix) allocate (desk%matrix(0), stat=memory)
-   end subroutine furnish
 
    !> The block of a patch. A member of finshell_elements that is by element needs its line here, and no more.
    subroutine gather(layout, given, desk)
@@ -278,14 +262,16 @@ contains
    subroutine deposit(job, desk)
       class(job_t), intent(inout) :: job
       type(desk_t), intent(in) :: desk
-      integer :: i, j, m, n, node
+      integer :: c, i, j, m, n, node
       n = desk%freedoms
       m = n/n_corners
       if (associated(job%nodal)) then
          do i = 1, desk%n
             do j = 1, n_corners
                node = job%layout%corner(j, desk%first + i)
-               job%nodal(:m, node) = job%nodal(:m, node) + job%factor*desk%force(n*(i - 1) + m*(j - 1) + 1:n*(i - 1) + m*j)
+               do c = 1, m
+                  job%nodal(c, node) = job%nodal(c, node) + job%factor*desk%force(n*(i - 1) + m*(j - 1) + c)
+               end do
             end do
          end do
       end if
@@ -309,7 +295,7 @@ contains
       integer(c_int32_t), intent(in) :: codes(:)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      type(desk_t), target :: desk
+      type(desk_t), allocatable, target :: desk
       type(environment_t) :: environment
       integer :: e, memory
       if (all(codes >= status_ok)) then
@@ -320,7 +306,7 @@ contains
       do e = 1, size(codes)
          if (codes(e) < 0) exit
       end do
-      call furnish(job, desk, memory)
+      allocate (desk, stat=memory)
       if (memory == 0) then
          desk%n = 1
          desk%first = job%layout%slot(e) - 1

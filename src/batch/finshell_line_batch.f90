@@ -1,5 +1,5 @@
-!> Dead line loads on sides of many elements, in the unknowns of the element: half to each end, and what the load does on the bulge of
-!> the side (finshell_line_load).
+!> Dead line loads on sides of many elements, in the unknowns of the element: half to each end, and what the load does on the bulge
+!> of the side (finshell_line_load).
 module finshell_line_batch
    use finshell_element, only: rotation_increment, rotation_quaternion
    use finshell_environment, only: environment_t, hold, release

@@ -2,7 +2,7 @@
 !>
 !> Two node-adjacency passes, no sorting and no searching: time and memory are linear in the number of elements. Rows
 !> come out ascending because equations are visited in ascending order and each one is appended to the columns it meets.
-!> (Who meets whom is mutual, so that the same arrays are compressed rows, the lower triangle by columns being the upper one by rows.)
+!> (Who meets whom is mutual, so that the same arrays are compressed rows; the lower triangle by columns is the upper one by rows.)
 module finshell_pattern
    use finshell_cliques, only: cliques_t, cliques_at
    use finshell_freedoms, only: n_corners
@@ -47,8 +47,7 @@ contains
 
    !> Build a pattern.
    !>
-   !> Every equation 1 .. n belongs to some freedom, and no element meets one twice; equations of nodes without an element keep their
-   !> diagonal.
+   !> No element meets an equation twice. Equations of nodes without an element keep their diagonal.
    subroutine new_pattern(pattern, n, triangles, eq, symmetric, cliques)
       type(pattern_t), intent(out) :: pattern
       integer, intent(in) :: n !< equations
@@ -127,9 +126,9 @@ contains
 
    !> Where each entry of each element matrix goes.
    !>
-   !> places(k, e) is the place of local entry k (lower triangle by columns for a symmetric pattern, all entries by columns otherwise)
-   !> in its column, from 1: the values have it at start(column) + places(k, e) - 1. Where the row of a symmetric pattern is above the
-   !> column, it is minus the place in the column of the row. 0 where row or column are held. Freedoms are ordered node by node.
+   !> places(k, e) is the place of local entry k (lower triangle by columns for a symmetric pattern, else all entries by columns)
+   !> in its column, from 1: the values have it at start(column) + places(k, e) - 1. Where the row of a symmetric pattern is above
+   !> the column, it is minus the place in the column of the row. 0 where row or column are held. Freedoms are ordered by nodes.
    subroutine new_positions(pattern, triangles, eq, places, missing)
       type(pattern_t), intent(in) :: pattern
       integer, intent(in) :: triangles(:, :) !< (3, elements)

@@ -228,13 +228,15 @@ contains
       integer(i8), intent(in), contiguous :: start(:)
       integer(i4), intent(in) :: equation(n_corners), offset(size(pair_row))
       real(wp), intent(in) :: k(n_corners*w, n_corners*w)
-      real(wp), intent(inout), contiguous :: values(:)
-      integer :: j, c, hi, lo, node
+      real(wp), intent(inout) :: values(*)
+      integer :: j, c, hi, i, lo, node
       integer(i8) :: p
       do node = 1, n_corners
          do c = 1, w
             p = start(equation(node) + c - 1) - c
-            values(p + c:p + w) = values(p + c:p + w) + k(w*(node - 1) + c:w*node, w*(node - 1) + c)
+            do i = c, w
+               values(p + i) = values(p + i) + k(w*(node - 1) + i, w*(node - 1) + c)
+            end do
          end do
       end do
       do j = 1, size(pair_row)
@@ -245,8 +247,8 @@ contains
             lo = pair_row(j)
          end if
          do c = 1, w
-            p = start(equation(lo) + c - 1) + w - c + offset(j)
-            values(p + 1:p + w) = values(p + 1:p + w) + k(w*(hi - 1) + 1:w*hi, w*(lo - 1) + c)
+            p = start(equation(lo) + c - 1) + w - c + offset(j) + 1
+            call add_run(w, k(w*(hi - 1) + 1, w*(lo - 1) + c), values(p))
          end do
       end do
    end subroutine add_lower_runs
@@ -256,16 +258,30 @@ contains
       integer(i8), intent(in), contiguous :: start(:)
       integer(i4), intent(in) :: equation(n_corners), offset(n_corners**2)
       real(wp), intent(in) :: k(n_corners*w, n_corners*w)
-      real(wp), intent(inout), contiguous :: values(:)
-      integer :: c, row, column
+      real(wp), intent(inout) :: values(*)
+      integer :: c, column
       integer(i8) :: p
       do column = 1, n_corners
-         do c = 1, w
-            do row = 1, n_corners
-               p = start(equation(column) + c - 1) + offset(n_corners*(column - 1) + row)
-               values(p:p + w - 1) = values(p:p + w - 1) + k(w*(row - 1) + 1:w*row, w*(column - 1) + c)
+         associate (at => offset(n_corners*(column - 1) + 1:n_corners*column))
+            do c = 1, w
+               p = start(equation(column) + c - 1)
+               call add_run(w, k(1, w*(column - 1) + c), values(p + at(1)))
+               call add_run(w, k(w + 1, w*(column - 1) + c), values(p + at(2)))
+               call add_run(w, k(2*w + 1, w*(column - 1) + c), values(p + at(3)))
             end do
-         end do
+         end associate
       end do
    end subroutine add_full_runs
+
+   !> One run. Loops of a length that the compiler knows become a few instructions, others dozens.
+   pure subroutine add_run(w, k, values)
+      integer, intent(in) :: w
+      real(wp), intent(in) :: k(*)
+      real(wp), intent(inout) :: values(*)
+      if (w == n_nodal) then
+         values(:n_nodal) = values(:n_nodal) + k(:n_nodal)
+      else
+         values(:uz) = values(:uz) + k(:uz)
+      end if
+   end subroutine add_run
 end module finshell_scatter

@@ -45,3 +45,10 @@ def fragment(title):
     """The lines of C in a section of the guide."""
     with open(os.path.join(SOURCE, "doc", "c_api.md"), encoding="utf-8") as f:
         return re.search(rf"## {title}.*?\n.*?```c\n(.*?)^```$", f.read(), re.M | re.S).group(1)
+
+
+def fragments(title, language="c"):
+    """All lines of a language in a section of the guide."""
+    with open(os.path.join(SOURCE, "doc", "c_api.md"), encoding="utf-8") as f:
+        section = re.search(rf"^## {title}.*?\n(.*?)^## ", f.read() + "## ", re.M | re.S).group(1)
+    return "".join(re.findall(rf"^```{language}\n(.*?)^```$", section, re.M | re.S))

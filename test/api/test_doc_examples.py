@@ -104,11 +104,11 @@ class Examples(unittest.TestCase):
                 installed.run("cmake", "--build", build)
                 self.check(installed.run(os.path.join(build, "program"), env=self.environment))
 
-    def run_fragment(self, title, before="", printed=""):
+    def run_fragment(self, title, before="", printed="", text=None):
         """The lines of C of a section of the guide, with what they take for granted; what they print."""
         with open(self.path("fragment.c"), "w", encoding="utf-8") as f:
             f.write("#include <finshell.h>\n#include <stdio.h>\nint main(void)\n{\nint32_t code; finshell_section *section;\n"
-                    "finshell_status status;\n" + before + installed.fragment(title) + printed +
+                    "finshell_status status;\n" + before + (text or installed.fragment(title)) + printed +
                     'finshell_section_destroy(section);\nprintf("%s", status.message);\nreturn code;\n}\n')
         installed.run(installed.CC, "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *self.pkg_config("--cflags"),
                       self.path("fragment.c"), "-o", self.path("fragment"), *self.pkg_config("--libs"))
@@ -124,6 +124,19 @@ code = finshell_section_create("mooney_rivlin", 2, names, values, 0.1, 1, option
 """
         self.assertEqual(self.run_fragment("What a section is", before),
                          "1 layers, mass 0.3, in tension 80, in bending 0.0666667\nmooney_rivlin: 0.1\n   c10 = 80\n   c01 = 20\n")
+
+    def test_assembly_of_the_guide(self):
+        # at rest: no energy, and a third of the pressure on each corner of each of two triangles of area 1/2
+        before = """const char *names[] = {"e", "nu"};
+const double moduli[] = {1000.0, 0.3};
+code = finshell_section_create("linear_elastic", 2, names, moduli, 0.1, 0, NULL, NULL, &section, &status);
+"""
+        printed = ('printf("%d %d %d %.15f %.15f %.15f", rows, (int)entries, starts[12], stored, residual[1][2], residual[2][2]);\n'
+                   'if (!(values[0] > 0)) code = 1;\n')
+        found = self.run_fragment("Assembly", before, printed, installed.fragments("Assembly")).split()
+        self.assertEqual(found[:3], ["12", "144", "144"])
+        for value, expected in zip(found[3:], (0, -1 / 3, -2 / 3)):
+            self.assertAlmostEqual(float(value), expected, delta=1e-14)
 
     def test_normals_of_the_guide(self):
         # a sphere blown up by 1 %: N = E h / (1 - nu) times the Green-Lagrange strain, everywhere, and no bending

@@ -52,7 +52,9 @@ class Header(unittest.TestCase):
                  "finshell_section_builder *": ctypes.c_void_p, "finshell_section_builder **": ctypes.POINTER(ctypes.c_void_p), "const finshell_elements *": _library._E,
                  "finshell_properties *": ctypes.POINTER(_library.CProperties), "finshell_layer *": ctypes.POINTER(_library.CLayer),
                  "finshell_parameter *": ctypes.POINTER(_library.CParameter),
-                 "finshell_field_entry *": ctypes.POINTER(_library.CField), "void": None}
+                 "finshell_field_entry *": ctypes.POINTER(_library.CField), "void": None, "const int32_t *": _library._C,
+                 "const finshell_mesh *": _library._M, "int64_t *": _library._L, "const finshell_section *const *": _library._H,
+                 "const finshell_assembly *": ctypes.c_void_p, "finshell_assembly *": ctypes.c_void_p, "finshell_assembly **": _library._H}
         found = re.findall(r"^FINSHELL_API (const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.text, re.M)
         self.assertEqual({name for _, name, _ in found}, set(_library._PROTOTYPES))
         for result, name, arguments in found:
@@ -63,7 +65,7 @@ class Header(unittest.TestCase):
 
     def test_structures(self):
         for name, structure in (("status", _library.Status), ("parameter", _library.CParameter), ("properties", _library.CProperties), ("layer", _library.CLayer),
-                                ("elements", _library.CElements), ("field_entry", _library.CField)):
+                                ("elements", _library.CElements), ("mesh", _library.CMesh), ("field_entry", _library.CField)):
             fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.text, re.S).group(1)
             names = [re.search(r"(\w+)(\[\d+\])?$", f.strip()).group(1) for f in fields.split(";") if f.strip()]
             self.assertEqual([f[0] for f in structure._fields_], names)

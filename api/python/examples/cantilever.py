@@ -12,7 +12,6 @@ from typing import List, Optional, Tuple
 
 import finshell
 import numpy as np
-import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
 LENGTH, WIDTH, THICKNESS, YOUNG, FORCE = 10.0, 1.0, 0.1, 1.2e6, 4.0
@@ -32,24 +31,18 @@ def strip(along: int, across: int) -> Tuple[np.ndarray, np.ndarray]:
 
 
 class Shell:
-    """A mesh of one section, its state (displacements, quaternions), and its equations: six per node."""
+    """A mesh of one section, its state (displacements, quaternions), and its assembly."""
 
-    def __init__(self, section: finshell.Section, nodes: np.ndarray, triangles: np.ndarray,
+    def __init__(self, section: finshell.Section, nodes: np.ndarray, triangles: np.ndarray, held: np.ndarray,
                  normals: Optional[np.ndarray] = None) -> None:
-        self.section, self.triangles, self.X, self.normals = section, triangles, nodes[triangles], normals
+        self.assembly = finshell.Assembly(triangles, section, held=held)
+        self.X, self.normals = nodes, normals
         self.u = np.zeros((len(nodes), 3))
         self.q = np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1))
-        self.dofs = (6 * triangles[:, :, None] + np.arange(6)).reshape(-1, 18)
-        self.rows = np.repeat(self.dofs, 18, axis=1).ravel()
-        self.columns = np.tile(self.dofs, (1, 18)).ravel()
 
-    def equations(self) -> Tuple[np.ndarray, sparse.csc_matrix]:
-        """Internal force and tangent at the present state."""
-        r = self.section.evaluate(self.X, self.u[self.triangles], self.q[self.triangles], finshell.Rotation.QUATERNION,
-                                  normals=self.normals)
-        n = 6 * len(self.u)
-        force = np.bincount(self.dofs.ravel(), r.force.ravel(), n)
-        return force, sparse.coo_matrix((r.tangent.ravel(), (self.rows, self.columns)), (n, n)).tocsc()
+    def equations(self) -> finshell.Assembled:
+        """Internal forces and tangent at the present state."""
+        return self.assembly.evaluate(self.X, self.u, self.q, finshell.Rotation.QUATERNION, normals=self.normals)
 
     def move(self, correction: np.ndarray) -> None:
         """Add displacements, and turn the nodes by the spins of a correction (nodes, 6)."""
@@ -57,20 +50,17 @@ class Shell:
         self.q = finshell.update(self.q, correction[:, 3:])
 
 
-def solve(shell: Shell, load: np.ndarray, free: np.ndarray, tolerance: float = 1e-7) -> List[float]:
-    """Newton's iteration for one load; the relative residuals. The largest spin of a correction is limited to 0.4."""
+def solve(shell: Shell, load: np.ndarray, tolerance: float = 1e-7) -> List[float]:
+    """Newton's iteration for one load (nodes, 6); the relative residuals. The largest spin of a correction is limited to 0.4."""
     residuals = []
     for _ in range(100):
-        force, tangent = shell.equations()
-        residual = (load - force)[free]
+        r = shell.equations()
+        residual = shell.assembly.to_rows(load - r.force)
         residuals.append(float(np.linalg.norm(residual) / np.linalg.norm(load)))
         if residuals[-1] < tolerance:
             return residuals
-        correction = np.zeros(load.size)
-        correction[free] = splu(tangent[free][:, free]).solve(residual)
-        correction = correction.reshape(-1, 6)
-        spin = np.abs(correction[:, 3:]).max()
-        shell.move(correction * min(1.0, 0.4 / spin))
+        correction = shell.assembly.to_nodes(splu(r.matrix.tocsc()).solve(residual))
+        shell.move(correction * min(1.0, 0.4 / np.abs(correction[:, 3:]).max()))
     raise RuntimeError(f"no convergence: residuals {residuals[-3:]}")
 
 
@@ -79,8 +69,7 @@ def cantilever(along: int, steps: int = 10) -> Tuple[np.ndarray, List[List[float
     section = finshell.Section("linear_elastic", {"e": YOUNG, "nu": 0.0}, THICKNESS)
     across = max(1, along // 10)
     nodes, triangles = strip(along, across)
-    shell = Shell(section, nodes, triangles)
-    free = np.flatnonzero(np.repeat(nodes[:, 0] > 0, 6))
+    shell = Shell(section, nodes, triangles, np.repeat(nodes[:, 0] == 0, 6).reshape(-1, 6))
     tip = np.flatnonzero(nodes[:, 0] == LENGTH)
     share = np.ones(len(tip))
     share[[0, -1]] = 0.5  # the force is distributed along the edge
@@ -88,7 +77,7 @@ def cantilever(along: int, steps: int = 10) -> Tuple[np.ndarray, List[List[float
     history = []
     for step in range(1, steps + 1):
         load[tip, 2] = FORCE * step / steps * share / share.sum()
-        history.append(solve(shell, load.ravel(), free))
+        history.append(solve(shell, load))
     return share @ shell.u[tip] / share.sum(), history
 
 

@@ -72,9 +72,10 @@ class Assembly:
         self.freedoms = np.empty((self.nodes, self.nodal), np.int32)  # the row of each freedom, -1: none
         library().finshell_assembly_freedoms(handle, code_pointer(self.freedoms), None)
         wide = self.entries > np.iinfo(np.int32).max
-        kind, call = (np.int64, "finshell_assembly_pattern_64") if wide else (np.int32, "finshell_assembly_pattern")
-        self.indptr, self.indices = np.empty(self.rows + 1, kind), np.empty(self.entries, kind)
-        getattr(library(), call)(handle, self.indptr.ctypes.data, self.indices.ctypes.data, None)
+        self.indptr, self.indices = (np.empty(n, np.int64 if wide else np.int32) for n in (self.rows + 1, self.entries))
+        pattern_of = library().finshell_assembly_pattern_64 if wide else library().finshell_assembly_pattern
+        kind = ctypes.POINTER(ctypes.c_int64 if wide else ctypes.c_int32)
+        pattern_of(handle, self.indptr.ctypes.data_as(kind), self.indices.ctypes.data_as(kind), None)
 
     def __repr__(self) -> str:
         return f"<Assembly of {self.elements} elements, {self.nodes} nodes: {self.rows} rows, {self.entries} entries>"
