@@ -14,7 +14,7 @@ module finshell_capi_section
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private
-   public :: c_layer_t, create, create_layered, destroy, freedoms
+   public :: c_layer_t, create, create_layered, destroy, freedoms, read_pairs
 
    !> finshell_layer of the header.
    type, bind(c) :: c_layer_t

@@ -17,6 +17,7 @@ module finshell_core
    use finshell_filter, only: filter_t
    use finshell_kink, only: kink_t, new_kink
    use finshell_evaluation, only: level_force, level_tangent
+   use finshell_point_states, only: point_states_t
    use finshell_reference, only: reference_t, drilling_weight, higher_order_strain
    use finshell_resultants, only: resultants_t, switches_t, integrate, midsurface_thickness, points_per_block
    use finshell_section, only: section_t, formulation_s
@@ -55,7 +56,7 @@ contains
    !> these resultants instead of its own. With `variation` of the core variables, the resultants linearised at this state are
    !> returned as `predicted`, and no Hessian; both need level_tangent, as does a directed `heading`.
    pure subroutine evaluate_core(section, level, ref, curved, filter, axes, heading, core, status, stress, variation, predicted, &
-                                 recovers)
+                                 recovers, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level
       type(reference_t), intent(in) :: ref
@@ -69,6 +70,7 @@ contains
       real(wp), intent(in), optional :: variation(lanes, n_core)
       type(stress_t), intent(out), optional :: predicted
       logical, intent(in), optional :: recovers !< strains and resultants are all that is wanted
+      type(point_states_t), intent(inout), optional :: states !< of laws with states
       type(switches_t) :: switches
       type(bending_t) :: bend
       type(drilling_t) :: drill
@@ -147,9 +149,11 @@ contains
             switches%floor(k + 1:k + lanes) = heading%floor
             if (heading%directed) switches%rate_floor(k + 1:k + lanes) = heading%rate_floor
          end do
-         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, switches)
+         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, switches, &
+                        states)
       else
-         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status)
+         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, &
+                        states=states)
       end if
       if (kink%any) then
          core%force = core%resultants%n

@@ -137,7 +137,7 @@ contains
       integer, intent(in) :: place
       real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
-      call cauchy_stress(section, surface(section, place), r%membrane, r%curvature, r%axes, values, status)
+      call cauchy_stress(section, surface(section, place), r%membrane, r%curvature, r%axes, values, status, r%states)
       call rotate_stress(lanes, r%back, values)
    end subroutine surface_stress
 
@@ -148,7 +148,7 @@ contains
       real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       real(wp) :: axes(lanes, 2)
-      call cauchy_stress(section, middle(section, place), r%membrane, r%curvature, r%axes, values, status)
+      call cauchy_stress(section, middle(section, place), r%membrane, r%curvature, r%axes, values, status, r%states)
       call layer_direction(section%layers(place), r%axes, axes)
       call rotate_stress(lanes, reverse(axes), values)
    end subroutine material_stress

@@ -4,7 +4,8 @@ module finshell_resultants
    use finshell_kinds, only: wp, i4, lanes, strip
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_law_block, only: plane_stress, thickness_stretch
-   use finshell_section, only: layer_t, section_t
+   use finshell_point_states, only: point_states_t, remembered_at, remembered_stress
+   use finshell_section, only: layer_t, numbers_of, section_t
    use finshell_voigt, only: rotate_strain, rotate_stress, rotate_tangent
    implicit none
    private
@@ -37,8 +38,9 @@ contains
 
    !> Resultants of a block of points: strain at reference height z is `membrane + z curvature`.
    !>
-   !> Laws with switches (finshell_material) take `switches` into account, and without it switch at 0 exactly.
-   pure subroutine integrate(section, level, membrane, curvature, axes, r, status, switches)
+   !> Laws with switches (finshell_material) take `switches` into account, and without it switch at 0 exactly. Laws with states are
+   !> asked with `states`, and without it as if nothing had been before.
+   pure subroutine integrate(section, level, membrane, curvature, axes, r, status, switches, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       real(wp), intent(in) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
@@ -46,11 +48,16 @@ contains
       type(resultants_t), intent(inout) :: r
       integer(i4), intent(inout) :: status(points_per_block)
       type(switches_t), intent(in), optional :: switches
+      type(point_states_t), intent(inout), optional :: states
       real(wp) :: e(points_per_block, 3), k(points_per_block, 3), s(points_per_block, 3), d(points_per_block, 6)
       real(wp) :: x(points_per_block, 3), w(points_per_block), direction(points_per_block, 2)
       real(wp) :: weight, z
-      integer :: i, l, p
+      integer :: i, l, p, place
+      logical :: remembers
 
+      remembers = .false.
+      if (present(states)) remembers = associated(states%all%begin)
+      place = 0
       r%energy = 0
       if (level >= level_force) then
          r%n = 0
@@ -77,6 +84,9 @@ contains
                x = e + z*k
                if (layer%law%switched .and. present(switches)) then
                   call switched(layer, z, level, x, direction, switches, w, s, d, status)
+               else if (layer%law%states > 0 .and. remembers) then
+                  call remembered_stress(layer%law, states, place + (p - 1)*layer%law%states, layer%points*layer%law%states, 3, &
+                                         points_per_block, level, x, w, s, d, status)
                else
                   call layer%law%plane_stress(points_per_block, level, x, w, s, d, status)
                end if
@@ -97,6 +107,7 @@ contains
                   r%d(:, i) = r%d(:, i) + (weight*z**2)*d(:, i)
                end do
             end do
+            place = place + numbers_of(layer)
          end associate
       end do
    end subroutine integrate
@@ -164,28 +175,35 @@ contains
    end subroutine reference_membrane_tangent
 
    !> Cauchy stress (element frame, rotated back) at a reference height: sigma = U S U/(det U lambda_3), U from the local strain.
-   pure subroutine cauchy_stress(section, height, membrane, curvature, axes, sigma, status)
+   pure subroutine cauchy_stress(section, height, membrane, curvature, axes, sigma, status, states)
       type(section_t), intent(in) :: section
       real(wp), intent(in) :: height !< offset - thickness/2 (bottom) to offset + thickness/2 (top)
       real(wp), intent(in) :: membrane(lanes, 3), curvature(lanes, 3), axes(lanes, 2)
       real(wp), intent(out) :: sigma(lanes, 3)
       integer(i4), intent(inout) :: status(lanes)
+      type(point_states_t), intent(in) :: states !< null: virgin material
       real(wp) :: e(lanes, 3), x(lanes, 3), s(lanes, 3), d(lanes, 6), w(lanes), l(lanes), dl(lanes, 3), ddl(lanes, 6)
       real(wp) :: direction(lanes, 2), u(lanes, 3), a(lanes, 3)
       real(wp), dimension(lanes) :: jacobian, inverse
       real(wp) :: top
-      integer :: layer
+      integer :: layer, place
 
+      place = 0
       top = section%offset - 0.5_wp*section%thickness
       do layer = 1, size(section%layers) - 1
          top = top + section%layers(layer)%thickness
          if (height <= top) exit
+         place = place + numbers_of(section%layers(layer))
       end do
       associate (law => section%layers(layer)%law)
          call layer_direction(section%layers(layer), axes, direction)
          e = membrane + height*curvature
          call rotate_strain(lanes, direction, e, x)
-         call plane_stress(law, level_force, x, w, s, d, status)
+         if (law%states > 0 .and. associated(states%all%begin)) then
+            call remembered(section%layers(layer), place, height, x, states, s, status)
+         else
+            call plane_stress(law, level_force, x, w, s, d, status)
+         end if
          call thickness_stretch(law, level_energy, x, l, dl, ddl, status)
          call rotate_stress(lanes, direction, s)
       end associate
@@ -208,6 +226,28 @@ contains
       sigma(:, 3) = (a(:, 1)*u(:, 3) + a(:, 3)*u(:, 2))*inverse
       sigma(:, 2) = ((u(:, 3)*s(:, 1) + u(:, 2)*s(:, 3))*u(:, 3) + a(:, 2)*u(:, 2))*inverse
    end subroutine cauchy_stress
+
+   !> Stress of a law with states at any height of its layer. Laws take `strip` points, and a block may have fewer.
+   pure subroutine remembered(layer, place, height, x, states, stress, status)
+      type(layer_t), intent(in) :: layer
+      integer, intent(in) :: place !< of the numbers of the layer
+      real(wp), intent(in) :: height, x(lanes, 3)
+      type(point_states_t), intent(in) :: states
+      real(wp), intent(inout) :: stress(lanes, 3)
+      integer(i4), intent(inout) :: status(lanes)
+      integer, parameter :: n = strip*((lanes + strip - 1)/strip)
+      real(wp) :: e(n, 3), w(n), s(n, 3), d(n, 6)
+      integer(i4) :: found(n)
+      integer :: i
+      do i = 1, 3
+         e(:, i) = x(1, i)
+         e(:lanes, i) = x(:, i)
+      end do
+      found = 0
+      call remembered_at(layer%law, states, place, layer%points, layer%z(:layer%points), height, n, level_force, e, w, s, d, found)
+      stress = s(:lanes, :)
+      where (found(:lanes) /= 0) status = found(:lanes)
+   end subroutine remembered
 
    !> Cosine and sine of axis 1 of the law of a layer, where those of the material direction are `axes`.
    pure subroutine layer_direction(layer, axes, direction)
