@@ -38,7 +38,27 @@ extern "C" {
 #endif
 
 #define FINSHELL_VERSION "0.1.0" /* of this header */
-#define FINSHELL_ABI 2           /* number in the name of the shared library, libfinshell.so.2 */
+#define FINSHELL_VERSION_MAJOR 0
+#define FINSHELL_VERSION_MINOR 1
+#define FINSHELL_VERSION_PATCH 0
+/* One number, for comparisons by the preprocessor: #if FINSHELL_VERSION_NUMBER >= 10203 is 1.2.3 or later. */
+#define FINSHELL_VERSION_NUMBER (FINSHELL_VERSION_MAJOR * 10000 + FINSHELL_VERSION_MINOR * 100 + FINSHELL_VERSION_PATCH)
+#define FINSHELL_ABI 2 /* number in the name of the shared library, libfinshell.so.2 */
+
+/* Stands before every function. Windows: define FINSHELL_STATIC to link the archive, FINSHELL_BUILDING where the DLL is made. */
+#ifndef FINSHELL_API
+#if defined(_WIN32) && defined(FINSHELL_STATIC)
+#define FINSHELL_API
+#elif defined(_WIN32) && defined(FINSHELL_BUILDING)
+#define FINSHELL_API __declspec(dllexport)
+#elif defined(_WIN32)
+#define FINSHELL_API __declspec(dllimport)
+#elif defined(__GNUC__)
+#define FINSHELL_API __attribute__((visibility("default")))
+#else
+#define FINSHELL_API
+#endif
+#endif
 
 /* Return codes. */
 enum {
@@ -86,19 +106,22 @@ typedef struct finshell_status {
 /* ------------------------------------------------------------------ version and messages */
 
 /* Version of the library, "0.1.0". Since 0.1. */
-const char *finshell_version_text(void);
+FINSHELL_API const char *finshell_version_text(void);
+
+/* FINSHELL_VERSION_NUMBER of the library, 100 for 0.1.0. Since 0.1. */
+FINSHELL_API int32_t finshell_version_number(void);
 
 /* FINSHELL_ABI of the library: unequal to that of the header, the two do not fit. Since 0.1. */
-int32_t finshell_abi(void);
+FINSHELL_API int32_t finshell_abi(void);
 
 /* The copy of the kernel that was chosen when the library was loaded: 1, 3 or 4 for x86-64, x86-64-v3 (AVX2, FMA), x86-64-v4
  * (AVX-512); 0: the library holds one copy only. The environment variable FINSHELL_CPU_LEVEL (1, 3 or 4), set before the program
  * starts, lowers it. Results of two levels differ by rounding. Since 0.1. */
-int32_t finshell_cpu_level(void);
+FINSHELL_API int32_t finshell_cpu_level(void);
 
 /* A sentence for a return code, closed by '\0' and cut to fit into buffer[size] (may be NULL). Returns its whole length.
  * Since 0.1. */
-int32_t finshell_message(int32_t code, char *buffer, int32_t size);
+FINSHELL_API int32_t finshell_message(int32_t code, char *buffer, int32_t size);
 
 /* ------------------------------------------------------------------ material laws */
 
@@ -113,34 +136,23 @@ typedef struct finshell_parameter {
 } finshell_parameter;
 
 /* Number of material laws. Since 0.1. */
-int32_t finshell_material_count(void);
+FINSHELL_API int32_t finshell_material_count(void);
 
 /* Name of law i (from 0) into buffer[size]. Errors: -1 no such law, no buffer. Since 0.1. */
-int32_t finshell_material_name(int32_t i, char *buffer, int32_t size, finshell_status *status);
+FINSHELL_API int32_t finshell_material_name(int32_t i, char *buffer, int32_t size, finshell_status *status);
 
 /* Number of parameters of a law. Errors: -1 unknown law. Since 0.1. */
-int32_t finshell_material_parameter_count(const char *material, finshell_status *status);
+FINSHELL_API int32_t finshell_material_parameter_count(const char *material, finshell_status *status);
 
 /* Parameter i (from 0) of a law. Errors: -1 unknown law, no such parameter. Since 0.1. */
-int32_t finshell_material_parameter(const char *material, int32_t i, finshell_parameter *parameter, finshell_status *status);
+FINSHELL_API int32_t finshell_material_parameter(const char *material, int32_t i, finshell_parameter *parameter,
+                                                 finshell_status *status);
 
 /* ------------------------------------------------------------------ sections */
 
 /* What elements are made of; immutable once created. A pointer to something else is refused with -1, as is one to a destroyed
  * section as long as nothing but malloc has used its memory since. */
 typedef struct finshell_section finshell_section;
-
-/* One layer. Set all to zero first ({0}); what is zero has its default, except material and thickness. */
-typedef struct finshell_layer {
-   const char *material;     /* name of the law */
-   const char *const *names; /* [parameters] of the law */
-   const double *values;     /* [parameters] */
-   int32_t parameters;
-   int32_t points;   /* Gauss points through the layer, 1 to 12; 0: by the law; of a membrane 0 only */
-   double thickness; /* > 0, length */
-   double angle;     /* degrees, from the element's material direction to axis 1 of the law, about the normal */
-   double density;   /* mass per reference volume, used by finshell_mass_matrix only */
-} finshell_layer;
 
 /* A section of one layer.
  *   material, names[parameters], values[parameters]: law and its parameters, capitals do not matter; names and values may be
@@ -160,21 +172,109 @@ typedef struct finshell_layer {
  *   *section: the handle, NULL after an error.
  * Errors: -1 unknown law, parameter or option, missing or senseless value (the message names it and lists what there is);
  * -6. Since 0.1. */
-int32_t finshell_section_create(const char *material, int32_t parameters, const char *const *names, const double *values,
-                                double thickness, int32_t options, const char *const *option_names,
-                                const double *option_values, finshell_section **section, finshell_status *status);
+FINSHELL_API int32_t finshell_section_create(const char *material, int32_t parameters, const char *const *names,
+                                             const double *values, double thickness, int32_t options,
+                                             const char *const *option_names, const double *option_values,
+                                             finshell_section **section, finshell_status *status);
 
-/* A section of layers, bottom to top along the normal. Options: "formulation", "beta0", "arc", "offset", "membrane", "wrinkling",
- * "slack" as above. Errors: as above. Since 0.1. */
-int32_t finshell_section_create_layered(int32_t layers, const finshell_layer *layer, int32_t options,
-                                        const char *const *option_names, const double *option_values,
-                                        finshell_section **section, finshell_status *status);
+/* A section of layers is said step by step to a builder, and built:
+ *
+ *    finshell_section_builder *builder;
+ *    finshell_builder_begin(&builder, &status);
+ *    finshell_builder_layer(builder, 0.1, 45.0, 0, 0.0, &status);
+ *    finshell_builder_law(builder, "orthotropic", 4, names, values, &status);
+ *    finshell_builder_option(builder, "offset", 0.05, &status);
+ *    code = finshell_builder_build(builder, &section, &status);
+ *    finshell_builder_destroy(builder);
+ *
+ * A call that fails spoils the builder: the calls that follow return the same code and message, so that it is enough to look at
+ * those of the last. One thread at a time may use a builder. What is no builder is refused as what is no section is. */
+typedef struct finshell_section_builder finshell_section_builder;
+
+/* A builder without layers. *builder: NULL after an error. Errors: -1, -6. Since 0.1. */
+FINSHELL_API int32_t finshell_builder_begin(finshell_section_builder **builder, finshell_status *status);
+
+/* A layer more, on top of those that there are: bottom to top along the normal. A layer needs a law: finshell_builder_law follows.
+ *   thickness   > 0, length
+ *   angle       degrees, from the element's material direction to axis 1 of the law, about the normal
+ *   points      Gauss points through the layer, 1 to 12; 0: by the law; of a membrane 0 only
+ *   density     mass per reference volume, >= 0, used by finshell_mass_matrix only
+ * What is senseless here, finshell_builder_build refuses. Errors: -1 no builder; -6. Since 0.1. */
+FINSHELL_API int32_t finshell_builder_layer(finshell_section_builder *builder, double thickness, double angle, int32_t points,
+                                            double density, finshell_status *status);
+
+/* The law of the layer that was added last: name and parameters as in finshell_section_create. Errors: -1 unknown law or
+ * parameter, missing or senseless value, no layer, a layer that has a law (the message names the layer). Since 0.1. */
+FINSHELL_API int32_t finshell_builder_law(finshell_section_builder *builder, const char *material, int32_t parameters,
+                                          const char *const *names, const double *values, finshell_status *status);
+
+/* An option of the section: "formulation", "beta0", "arc", "offset", "membrane", "wrinkling" or "slack", as in
+ * finshell_section_create. Errors: -1 unknown option, given twice, no whole number where one is expected. Since 0.1. */
+FINSHELL_API int32_t finshell_builder_option(finshell_section_builder *builder, const char *name, double value,
+                                             finshell_status *status);
+
+/* The section of what was said. The builder stays as it is, and may go on. *section: the handle, NULL after an error.
+ * Errors: -1 no layer, a layer without a law, senseless numbers of a layer or options (the message names the layer or option);
+ * what an earlier call has reported; -6. Since 0.1. */
+FINSHELL_API int32_t finshell_builder_build(finshell_section_builder *builder, finshell_section **section,
+                                            finshell_status *status);
+
+/* Frees a builder; its sections stay. NULL is ignored, and so is what is no builder. Since 0.1. */
+FINSHELL_API void finshell_builder_destroy(finshell_section_builder *builder);
 
 /* Frees a section; NULL is ignored, and so is what is no section (destroyed before, or never created). Since 0.1. */
-void finshell_section_destroy(finshell_section *section);
+FINSHELL_API void finshell_section_destroy(finshell_section *section);
 
 /* Freedoms of an element of a section: 18, of a membrane 9. Errors: -1. Since 0.1. */
-int32_t finshell_section_freedoms(const finshell_section *section, finshell_status *status);
+FINSHELL_API int32_t finshell_section_freedoms(const finshell_section *section, finshell_status *status);
+
+/* What a section is. Set `size` first, as of a finshell_elements block; the rest is filled, and what the library does not know is 0. */
+typedef struct finshell_properties {
+   uint64_t size;           /* sizeof(finshell_properties) */
+   int32_t layers;          /* number of layers */
+   int32_t freedoms;        /* of an element: 18, of a membrane 9 */
+   int32_t formulation;     /* 1: (S), 2: (P); 1 of membranes */
+   int32_t isotropic;       /* 1: no layer depends on the material direction */
+   int32_t membrane;        /* 1 or 0, as the options */
+   int32_t wrinkling;
+   double thickness;        /* of all layers */
+   double offset;           /* height of the middle above the surface of the nodes */
+   double areal_mass;       /* integrals of density times 1, z and z^2 through the thickness, z from the surface of the nodes */
+   double first_moment;
+   double rotatory_inertia;
+} finshell_properties;
+
+/* A layer of a section; `size` as in finshell_properties. */
+typedef struct finshell_layer {
+   uint64_t size;      /* sizeof(finshell_layer) */
+   char law[32];       /* name of the law */
+   int32_t parameters; /* number of its parameters, see finshell_section_parameter */
+   int32_t points;     /* Gauss points through the layer, of flat elements; of membranes 0 */
+   double thickness;
+   double angle;   /* degrees, from the element's material direction to axis 1 of the law */
+   double density; /* mass per reference volume */
+   double height;  /* of its middle above the surface of the nodes */
+} finshell_layer;
+
+/* What a section is as a whole. Errors: -1; 2 a number overflows. Since 0.1. */
+FINSHELL_API int32_t finshell_section_properties(const finshell_section *section, finshell_properties *properties,
+                                                 finshell_status *status);
+
+/* Layer i (from 0, bottom to top). Errors: -1 no such layer. Since 0.1. */
+FINSHELL_API int32_t finshell_section_layer(const finshell_section *section, int32_t i, finshell_layer *layer,
+                                            finshell_status *status);
+
+/* Parameter i (from 0) of the law of a layer (from 0): its name into name[size], and its value, given or the default; both may be
+ * NULL. Errors: -1 no such layer or parameter. Since 0.1. */
+FINSHELL_API int32_t finshell_section_parameter(const finshell_section *section, int32_t layer, int32_t i, char *name,
+                                                int32_t size, double *value, finshell_status *status);
+
+/* Stiffness of the section at rest, about the surface of the nodes, in the element's material axes: (N11, N22, N12, M11, M22, M12)
+ * from (E11, E22, 2 E12, K11, K22, 2 K12), as (A, B; B, D) in the theory of laminates.
+ *   stiffness [6][6]   symmetric. Fibres that act in tension only are slack. Of membranes B and D are zeros; if they wrinkle, A is
+ *                      that of the taut one
+ * Errors: -1; 2 a law has no tangent at rest, or a number overflows. Since 0.1. */
+FINSHELL_API int32_t finshell_section_stiffness(const finshell_section *section, double *stiffness, finshell_status *status);
 
 /* ------------------------------------------------------------------ laws of your own
  *
@@ -234,14 +334,20 @@ typedef struct finshell_law {
    void *data;                              /* handed through to the functions */
 } finshell_law;
 
+/* The law of the layer that was added last is one of the caller's; its parameters as in finshell_builder_law. What `data` points to
+ * has to stay as long as sections of the builder are used. Errors: -1 no builder, no layer, or what is wrong with the law, which
+ * has to be there at rest: without a code, with a stiffness. Since 0.1. */
+FINSHELL_API int32_t finshell_builder_own_law(finshell_section_builder *builder, const finshell_law *law, int32_t parameters,
+                                 const char *const *names, const double *values, finshell_status *status);
+
 /* State variables of an element of a section: how many numbers of `states_begin` and `states_end` (finshell_elements) belong to
  * each element; 0: its laws have none. Layer by layer, bottom to top; of a layer its three in-plane points in turn; of these the
  * points through the thickness, bottom to top; of these the variables of the law. Errors: -1. Since 0.1. */
-int32_t finshell_section_states(const finshell_section *section, finshell_status *status);
+FINSHELL_API int32_t finshell_section_states(const finshell_section *section, finshell_status *status);
 
 /* Where the states of a layer (from 0) stand: variable v at point p of in-plane point g is number
  * first + (g points + p) variables + v of the element. Each may be NULL. Errors: -1 no section, no such layer. Since 0.1. */
-int32_t finshell_section_layer_states(const finshell_section *section, int32_t layer, int32_t *first, int32_t *points,
+FINSHELL_API int32_t finshell_section_layer_states(const finshell_section *section, int32_t layer, int32_t *first, int32_t *points,
                                       int32_t *variables, finshell_status *status);
 
 /* One thing that finshell_law_check looked at. */
@@ -262,7 +368,7 @@ typedef struct finshell_law_finding {
  *   parameters, names, values       as in finshell_section_create
  *   finding [FINSHELL_LAW_FINDINGS] what was found
  * `failed` of the status is the number of findings that did not pass. Returns 0 when all did, else 2. Errors: -1. Since 0.1. */
-int32_t finshell_law_check(const finshell_law *law, const char *material, int32_t parameters, const char *const *names,
+FINSHELL_API int32_t finshell_law_check(const finshell_law *law, const char *material, int32_t parameters, const char *const *names,
                            const double *values, finshell_law_finding *finding, finshell_status *status);
 
 /* ------------------------------------------------------------------ elements */
@@ -315,8 +421,9 @@ typedef struct finshell_elements {
  *   codes [n]              per element
  * Elements are computed eight at a time: a call for one element costs what a call for eight does.
  * Errors: all codes. Since 0.1. */
-int32_t finshell_elements_evaluate(const finshell_section *section, const finshell_elements *elements, double *energy,
-                                   double *force, double *tangent, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_elements_evaluate(const finshell_section *section, const finshell_elements *elements,
+                                                double *energy, double *force, double *tangent, int32_t *codes,
+                                                finshell_status *status);
 
 /* Thickness stretch, resultants and stresses of n elements. Components 11, 22, 12 refer to the material direction, projected on
  * the element and carried along by its rotation; isotropic laws as well.
@@ -328,17 +435,17 @@ int32_t finshell_elements_evaluate(const finshell_section *section, const finshe
  *   codes [n]
  * Of membranes that wrinkle stretch and stresses are those of the material, which is wider than its facet; what is left against
  * compression is left out. Errors: all codes. Since 0.1. */
-int32_t finshell_elements_recover(const finshell_section *section, const finshell_elements *elements, double *stretch,
-                                  double *membrane_force, double *moment, double *stress, int32_t *codes,
-                                  finshell_status *status);
+FINSHELL_API int32_t finshell_elements_recover(const finshell_section *section, const finshell_elements *elements,
+                                               double *stretch, double *membrane_force, double *moment, double *stress,
+                                               int32_t *codes, finshell_status *status);
 
 /* Which of n membranes are slack, wrinkled or taut, and where the wrinkles run. A section of a shell is refused.
  *   state [n]      FINSHELL_SHEET_...; taut unless the section has "wrinkling"
  *   ridge [n][3]   unit vector along the ridges, global, in the deformed state (either of the two); zeros unless wrinkled
  *   codes [n]
  * Errors: all codes. Since 0.1. */
-int32_t finshell_elements_wrinkles(const finshell_section *section, const finshell_elements *elements, int32_t *state,
-                                   double *ridge, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_elements_wrinkles(const finshell_section *section, const finshell_elements *elements,
+                                                int32_t *state, double *ridge, int32_t *codes, finshell_status *status);
 
 /* Pressure on the elements of a block, flat or curved, and the volume behind them. With normals it acts on the curved surface: beside
  * the forces on the facets it has forces and couples, those of the work on the caps between facets and surface. (With formulation
@@ -356,19 +463,22 @@ int32_t finshell_elements_wrinkles(const finshell_section *section, const finshe
  * `threads`, `direction` and `toward` do not matter, of `straight` only 2. Over a free edge the side counts as straight.
  * Pressure on membranes, in their 9 freedoms: finshell_pressure_load; the volume behind them: from here, rotations being zeros.
  * Errors: all codes but 2 and 4. Since 0.1. */
-int32_t finshell_elements_pressure(const finshell_elements *elements, const double *pressure, int32_t form, const double *origin,
-                                   double *volume, double *force, double *stiffness, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_elements_pressure(const finshell_elements *elements, const double *pressure, int32_t form,
+                                                const double *origin, double *volume, double *force, double *stiffness,
+                                                int32_t *codes, finshell_status *status);
 
 /* Short form of finshell_elements_evaluate, for flat facets: the arguments are the members of the block, what is not among them
  * is NULL. Errors: all codes. Since 0.1. */
-int32_t finshell_evaluate(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,
-                          int32_t convention, const double *state, const double *direction, double *energy, double *force,
-                          double *tangent, int32_t *codes, int32_t threads, finshell_status *status);
+FINSHELL_API int32_t finshell_evaluate(const finshell_section *section, int32_t n, const double *X, const double *u,
+                                       const double *rotations, int32_t convention, const double *state, const double *direction,
+                                       double *energy, double *force, double *tangent, int32_t *codes, int32_t threads,
+                                       finshell_status *status);
 
 /* Short form of finshell_elements_recover, for flat facets. Errors: all codes. Since 0.1. */
-int32_t finshell_recover(const finshell_section *section, int32_t n, const double *X, const double *u, const double *rotations,
-                         int32_t convention, const double *state, const double *direction, double *stretch,
-                         double *membrane_force, double *moment, double *stress, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_recover(const finshell_section *section, int32_t n, const double *X, const double *u,
+                                      const double *rotations, int32_t convention, const double *state, const double *direction,
+                                      double *stretch, double *membrane_force, double *moment, double *stress, int32_t *codes,
+                                      finshell_status *status);
 
 /* Mass matrices of n elements, from the densities of the section, with rotational inertia (of the drilling rotation, too).
  *   X [n][3][3]              reference coordinates
@@ -379,8 +489,8 @@ int32_t finshell_recover(const finshell_section *section, int32_t n, const doubl
  * offset and with layers symmetric about the surface of the nodes the matrices hold in any motion; else the coupling of
  * displacement and spin is that of the reference normal (consistent), or left out (lumped).
  * Errors: -1, -2, -3, -6. Since 0.1. */
-int32_t finshell_mass_matrix(const finshell_section *section, int32_t n, const double *X, double *consistent, double *lumped,
-                      int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_mass_matrix(const finshell_section *section, int32_t n, const double *X, double *consistent,
+                                          double *lumped, int32_t *codes, finshell_status *status);
 
 /* Follower pressure on n flat triangles, in displacements only: that of membranes. On curved elements: finshell_elements_pressure.
  *   pressure [n]           per current area, positive along the current normal
@@ -394,8 +504,9 @@ int32_t finshell_mass_matrix(const finshell_section *section, int32_t n, const d
  *                          is the elements' tangent minus this.
  *   codes [n]
  * Errors: -1, -3, -6. Since 0.1. */
-int32_t finshell_pressure_load(int32_t n, const double *pressure, const double *X, const double *u, int32_t form,
-                          const double *origin, double *force, double *stiffness, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_pressure_load(int32_t n, const double *pressure, const double *X, const double *u, int32_t form,
+                                            const double *origin, double *force, double *stiffness, int32_t *codes,
+                                            finshell_status *status);
 
 /* ------------------------------------------------------------------ element fields by name */
 
@@ -418,10 +529,10 @@ typedef struct finshell_field_entry {
 } finshell_field_entry;
 
 /* Number of element fields. Since 0.1. */
-int32_t finshell_field_count(void);
+FINSHELL_API int32_t finshell_field_count(void);
 
 /* Field i (from 0). Errors: -1 no such field. Since 0.1. */
-int32_t finshell_field_information(int32_t i, finshell_field_entry *field, finshell_status *status);
+FINSHELL_API int32_t finshell_field_information(int32_t i, finshell_field_entry *field, finshell_status *status);
 
 /* One field of n elements of one section; only what it needs is evaluated.
  *   name                            of the field, as in finshell_field_entry
@@ -429,31 +540,36 @@ int32_t finshell_field_information(int32_t i, finshell_field_entry *field, finsh
  *                                   along the fibres of a layer that has none
  *   codes [n]
  * Errors: all codes; -1 unknown field. Since 0.1. */
-int32_t finshell_recover_field(const finshell_section *section, const finshell_elements *elements, const char *name,
-                               double *values, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_recover_field(const finshell_section *section, const finshell_elements *elements, const char *name,
+                                            double *values, int32_t *codes, finshell_status *status);
 
 /* ------------------------------------------------------------------ rotations
  * n at a time. Quaternions [n][4], scalar part first; inputs of any length, outputs of length 1. Errors: -1 NULL, a
  * quaternion of zeros, or a vector beyond 1e60; -3; -6. All since 0.1. */
 
 /* quaternion = exp(vector), vector [n][3]. */
-int32_t finshell_rotation_exp(int32_t n, const double *vector, double *quaternion, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_rotation_exp(int32_t n, const double *vector, double *quaternion, int32_t *codes,
+                                           finshell_status *status);
 
 /* vector [n][3] = log(quaternion), |vector| <= pi. */
-int32_t finshell_rotation_log(int32_t n, const double *quaternion, double *vector, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_rotation_log(int32_t n, const double *quaternion, double *vector, int32_t *codes,
+                                           finshell_status *status);
 
 /* c = a b: first the rotation b, then a. c may be a or b. */
-int32_t finshell_rotation_compose(int32_t n, const double *a, const double *b, double *c, int32_t *codes,
-                                  finshell_status *status);
+FINSHELL_API int32_t finshell_rotation_compose(int32_t n, const double *a, const double *b, double *c, int32_t *codes,
+                                               finshell_status *status);
 
 /* quaternion <- exp(spin) quaternion, in place; spin [n][3]. One that fails stays as it was. */
-int32_t finshell_rotation_update(int32_t n, const double *spin, double *quaternion, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_rotation_update(int32_t n, const double *spin, double *quaternion, int32_t *codes,
+                                              finshell_status *status);
 
 /* matrix [n][3][3], by rows: matrix[e][i][j] = R_ij. */
-int32_t finshell_rotation_matrix(int32_t n, const double *quaternion, double *matrix, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_rotation_matrix(int32_t n, const double *quaternion, double *matrix, int32_t *codes,
+                                              finshell_status *status);
 
 /* T(vector) [n][3][3], by rows: spin = T d vector. Moments conjugate to the vector are T' times those conjugate to the spin. */
-int32_t finshell_rotation_tangent(int32_t n, const double *vector, double *tangent, int32_t *codes, finshell_status *status);
+FINSHELL_API int32_t finshell_rotation_tangent(int32_t n, const double *vector, double *tangent, int32_t *codes,
+                                               finshell_status *status);
 
 #ifdef __cplusplus
 }

@@ -45,15 +45,30 @@ module finshell_c
       integer(c_int32_t) :: padding
    end type finshell_parameter
 
+   type, bind(c) :: finshell_properties
+      integer(c_int64_t) :: size = 0 !< c_sizeof of this
+      integer(c_int32_t) :: layers = 0
+      integer(c_int32_t) :: freedoms = 0
+      integer(c_int32_t) :: formulation = 0
+      integer(c_int32_t) :: isotropic = 0
+      integer(c_int32_t) :: membrane = 0
+      integer(c_int32_t) :: wrinkling = 0
+      real(c_double) :: thickness = 0
+      real(c_double) :: offset = 0
+      real(c_double) :: areal_mass = 0
+      real(c_double) :: first_moment = 0
+      real(c_double) :: rotatory_inertia = 0
+   end type finshell_properties
+
    type, bind(c) :: finshell_layer
-      type(c_ptr) :: material !< c_loc of a text
-      type(c_ptr) :: names !< c_loc of an array of c_loc of texts
-      type(c_ptr) :: values
-      integer(c_int32_t) :: parameters
-      integer(c_int32_t) :: points
-      real(c_double) :: thickness
-      real(c_double) :: angle
-      real(c_double) :: density
+      integer(c_int64_t) :: size = 0 !< c_sizeof of this
+      character(kind=c_char) :: law(32) = ' '
+      integer(c_int32_t) :: parameters = 0
+      integer(c_int32_t) :: points = 0
+      real(c_double) :: thickness = 0
+      real(c_double) :: angle = 0
+      real(c_double) :: density = 0
+      real(c_double) :: height = 0
    end type finshell_layer
 
    type, bind(c) :: finshell_elements
@@ -86,6 +101,11 @@ module finshell_c
          import :: c_ptr
          type(c_ptr) :: text
       end function finshell_version_text
+
+      function finshell_version_number() result(number) bind(c)
+         import :: c_int32_t
+         integer(c_int32_t) :: number
+      end function finshell_version_number
 
       function finshell_abi() result(number) bind(c)
          import :: c_int32_t
@@ -153,18 +173,56 @@ module finshell_c
          integer(c_int32_t) :: code
       end function finshell_section_create
 
-      function finshell_section_create_layered(layers, layer, options, option_names, option_values, section, &
-         status) result(code) bind(c)
-         import :: c_double, c_int32_t, c_ptr, finshell_layer, finshell_status
-         integer(c_int32_t), value :: layers
-         type(finshell_layer), intent(in), optional :: layer(*)
-         integer(c_int32_t), value :: options
-         type(c_ptr), intent(in), optional :: option_names(*)
-         real(c_double), intent(in), optional :: option_values(*)
+      function finshell_builder_begin(builder, status) result(code) bind(c)
+         import :: c_int32_t, c_ptr, finshell_status
+         type(c_ptr), intent(out) :: builder
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_builder_begin
+
+      function finshell_builder_layer(builder, thickness, angle, points, density, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: builder
+         real(c_double), value :: thickness
+         real(c_double), value :: angle
+         integer(c_int32_t), value :: points
+         real(c_double), value :: density
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_builder_layer
+
+      function finshell_builder_law(builder, material, parameters, names, values, status) result(code) bind(c)
+         import :: c_char, c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: builder
+         character(kind=c_char), intent(in) :: material(*)
+         integer(c_int32_t), value :: parameters
+         type(c_ptr), intent(in), optional :: names(*)
+         real(c_double), intent(in), optional :: values(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_builder_law
+
+      function finshell_builder_option(builder, name, value, status) result(code) bind(c)
+         import :: c_char, c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: builder
+         character(kind=c_char), intent(in) :: name(*)
+         real(c_double), value :: value
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_builder_option
+
+      function finshell_builder_build(builder, section, status) result(code) bind(c)
+         import :: c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: builder
          type(c_ptr), intent(out) :: section
          type(finshell_status), intent(out), optional :: status
          integer(c_int32_t) :: code
-      end function finshell_section_create_layered
+      end function finshell_builder_build
+
+      subroutine finshell_builder_destroy(builder) bind(c)
+         import :: c_ptr
+         type(c_ptr), value :: builder
+      end subroutine finshell_builder_destroy
 
       subroutine finshell_section_destroy(section) bind(c)
          import :: c_ptr
@@ -177,6 +235,44 @@ module finshell_c
          type(finshell_status), intent(out), optional :: status
          integer(c_int32_t) :: number
       end function finshell_section_freedoms
+
+      function finshell_section_properties(section, properties, status) result(code) bind(c)
+         import :: c_int32_t, c_ptr, finshell_properties, finshell_status
+         type(c_ptr), value :: section
+         type(finshell_properties), intent(inout), optional :: properties
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_properties
+
+      function finshell_section_layer(section, i, layer, status) result(code) bind(c)
+         import :: c_int32_t, c_ptr, finshell_layer, finshell_status
+         type(c_ptr), value :: section
+         integer(c_int32_t), value :: i
+         type(finshell_layer), intent(inout), optional :: layer
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_layer
+
+      function finshell_section_parameter(section, layer, i, name, size, value, status) result(code) bind(c)
+         import :: c_char, c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: section
+         integer(c_int32_t), value :: layer
+         integer(c_int32_t), value :: i
+         ! allow(C072)
+         character(kind=c_char), intent(inout), optional :: name(*)
+         integer(c_int32_t), value :: size
+         real(c_double), intent(out), optional :: value
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_parameter
+
+      function finshell_section_stiffness(section, stiffness, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: section
+         real(c_double), intent(out), optional :: stiffness(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_stiffness
 
       function finshell_elements_evaluate(section, elements, energy, force, tangent, codes, status) result(code) bind(c)
          import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status

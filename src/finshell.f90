@@ -24,6 +24,7 @@ module finshell
       n_element_fields, recover_fields
    use finshell_freedoms, only: n_membrane, n_shell
    use finshell_kinds, only: i4, wp
+   use finshell_laminate, only: stiffness_at_rest
    use finshell_mass, only: mass_elements, mass_membranes
    use finshell_material, only: material_t
    use finshell_membrane_batch, only: evaluate_membranes, recover_membranes, state_slack, state_taut, state_wrinkled

@@ -9,7 +9,7 @@ module finshell_capi_common
    use finshell_status, only: status_invalid_argument, status_ok, status_out_of_memory, status_text
    implicit none
    private
-   public :: c_status_t, accept, check_batch, refuse, refuse_memory, judge, text_from, store_text
+   public :: c_status_t, accept, check_batch, refuse, refuse_memory, report, judge, text_from, store_text
 
    integer, parameter :: message_length = 244 !< as in finshell.h
 
@@ -83,6 +83,21 @@ contains
       code = status_out_of_memory
       call fill(status, code, -1, 0, place//': out of memory')
    end function refuse_memory
+
+   !> A call that is about no element has a code.
+   function report(status, place, found) result(code)
+      type(c_status_t), intent(out), optional :: status
+      character(len=*), intent(in) :: place
+      integer(c_int32_t), intent(in) :: found
+      integer(c_int32_t) :: code
+      type(environment_t) :: environment
+      code = found
+      call hold(environment)
+!$omp critical (finshell_texts)
+      call fill(status, code, -1, 0, place//': '//status_text(code))
+!$omp end critical (finshell_texts)
+      call release(environment)
+   end function report
 
    !> The code of a batch: that of the first element with a negative code or, without one, of the first with a positive code.
    function judge(status, place, n, codes, invalid) result(code)

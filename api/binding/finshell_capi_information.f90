@@ -6,11 +6,11 @@ module finshell_capi_information
    use finshell_environment, only: environment_t, hold, release
    use finshell_registry, only: material_names, material_parameters, parameter_t
    use finshell_status, only: status_text
-   use finshell_version, only: version
+   use finshell_version, only: version, version_number
    implicit none
    private
-   public :: version_text, abi, processor, message, material_count, material_name, parameter_count, parameter_information
-   public :: c_parameter_t
+   public :: version_text, number_of_version, abi, processor, message, material_count, material_name, parameter_count
+   public :: parameter_information, c_parameter_t
 
    integer(c_int32_t), parameter :: abi_number = 2 !< FINSHELL_ABI of the header, SOVERSION of the library
    integer, parameter :: name_size = 32, meaning_size = 128
@@ -33,6 +33,11 @@ contains
       type(c_ptr) :: text
       text = c_loc(version_buffer)
    end function version_text
+
+   function number_of_version() result(number) bind(c, name='finshell_version_number')
+      integer(c_int32_t) :: number
+      number = version_number
+   end function number_of_version
 
    function abi() result(number) bind(c, name='finshell_abi')
       integer(c_int32_t) :: number

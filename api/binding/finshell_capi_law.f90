@@ -1,9 +1,11 @@
 !> C interface: laws of the caller's, and what laws remember. See finshell.h for what the functions promise.
 module finshell_capi_law
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int32_t, c_ptr
+   use finshell_capi_builder, only: builder_t, give_law, receive_builder
    use finshell_capi_common, only: accept, c_status_t, refuse, store_text, text_from
    use finshell_capi_elements, only: receive_section
-   use finshell_capi_section, only: read_pairs
+   use finshell_capi_handle, only: card_t, name_length
+   use finshell_capi_recipe, only: read_pairs, write_card
    use finshell_environment, only: environment_t, hold, release
    use finshell_error, only: error_t, raise
    use finshell_law_findings, only: check_law, finding_t, n_findings
@@ -15,9 +17,9 @@ module finshell_capi_law
    use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
    implicit none
    private
-   public :: check, section_states, layer_states, c_finding_t
+   public :: own_law, check, section_states, layer_states, c_finding_t
 
-   integer, parameter :: name_length = 32, name_size = 24, meaning_size = 112
+   integer, parameter :: name_size = 24, meaning_size = 112
 
    !> finshell_law_finding of the header.
    type, bind(c) :: c_finding_t
@@ -81,6 +83,41 @@ contains
 !$omp end critical (finshell_texts)
       call release(environment)
    end function check
+
+   function own_law(builder, law, parameters, names, values, status) result(code) bind(c, name='finshell_builder_own_law')
+      type(c_ptr), value :: builder, law, names, values
+      integer(c_int32_t), value :: parameters
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      type(environment_t) :: environment
+      call hold(environment)
+!$omp critical (finshell_texts)
+      code = described_law(builder, law, parameters, names, values, status)
+!$omp end critical (finshell_texts)
+      call release(environment)
+   end function own_law
+
+   function described_law(builder, law, parameters, names, values, status) result(code)
+      type(c_ptr), intent(in) :: builder, law, names, values
+      integer(c_int32_t), intent(in) :: parameters
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      character(len=*), parameter :: place = 'finshell_builder_own_law'
+      type(builder_t), pointer :: b
+      class(material_t), allocatable :: made
+      type(card_t) :: card
+      type(error_t), allocatable :: error
+      type(description_t) :: description
+      character(len=name_length), allocatable :: words(:)
+      real(c_double), pointer :: numbers(:)
+      code = receive_builder(place, builder, b, status)
+      if (code /= status_ok) return
+      call read_description(law, description, error)
+      if (.not. allocated(error)) call read_pairs('parameter', parameters, names, values, words, numbers, error)
+      if (.not. allocated(error)) call new_described_material(made, description, words, numbers, error)
+      if (.not. allocated(error)) call write_card(card, made, description%parameters, words, numbers)
+      code = give_law(place, b, made, card, error, status)
+   end function described_law
 
    function look_at(law, material, parameters, names, values, finding, status) result(code)
       type(c_ptr), intent(in) :: law, material, names, values

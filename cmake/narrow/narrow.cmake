@@ -12,7 +12,7 @@ function(narrow_kernel variable)
   set(narrow ${ARGN})
   list(FILTER narrow INCLUDE REGEX
     "/(base/finshell_kinds|section/[a-z0-9_]+|element/[a-z0-9_]+|batch/finshell_(block|chunk|membrane_chunk|single))\\.[fF]90$")
-  list(FILTER narrow EXCLUDE REGEX "/finshell_section\\.f90$")
+  list(FILTER narrow EXCLUDE REGEX "/finshell_(section|laminate)\\.f90$")
   set(modules)
   set(outputs)
   foreach(source IN LISTS narrow)

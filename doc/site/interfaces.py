@@ -141,7 +141,7 @@ def c_header(root, folder):
         if lines[0].strip().startswith("-----"):
             parts.append("## " + lines[0].strip(" -").capitalize())
             lines = [""]
-        function = re.search(r"^(?:int32_t|void|const char \*)\s*(finshell_\w+)\(", code, re.M) or re.search(r"^(?:typedef struct )(finshell_\w+)", code, re.M)
+        function = re.search(r"^FINSHELL_API (?:int32_t|void|const char \*)\s*(finshell_\w+)\(", code, re.M) or re.search(r"^(?:typedef struct )(finshell_\w+)", code, re.M)
         if function:
             parts.append(f"### {function.group(1)}")
         words = " ".join(lines) if number else "\n".join(lines)

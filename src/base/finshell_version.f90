@@ -3,4 +3,5 @@ module finshell_version
    implicit none
    private
    character(len=*), parameter, public :: version = '0.1.0'
+   integer, parameter, public :: version_number = 100 !< major, minor and patch, two digits each
 end module finshell_version

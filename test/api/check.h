@@ -174,24 +174,32 @@ static inline finshell_section *rubber(double thickness)
    return section;
 }
 
+static inline finshell_section_builder *begin(void)
+{
+   finshell_section_builder *builder = NULL;
+   CHECK(finshell_builder_begin(&builder, NULL) == 0 && builder != NULL);
+   return builder;
+}
+
+/* The section of a builder, which goes. */
+static inline finshell_section *built(finshell_section_builder *builder)
+{
+   finshell_section *section = NULL;
+   CHECK(finshell_builder_build(builder, &section, NULL) == 0 && section != NULL);
+   finshell_builder_destroy(builder);
+   return section;
+}
+
 static inline finshell_section *laminate(double offset)
 {
-   const char *names[] = {"e1", "e2", "nu12", "g12"}, *options[] = {"offset"};
+   const char *names[] = {"e1", "e2", "nu12", "g12"};
    const double values[] = {3300, 1100, 0.25, 660};
-   finshell_layer layer[3];
-   finshell_section *section = NULL;
-   memset(layer, 0, sizeof layer);
+   finshell_section_builder *builder = begin();
    for (int i = 0; i < 3; i++) {
-      layer[i].material = "orthotropic";
-      layer[i].parameters = 4;
-      layer[i].names = names;
-      layer[i].values = values;
-      layer[i].thickness = 0.02 + 0.01 * i;
-      layer[i].angle = 30 + 60 * i;
-      layer[i].points = 2;
-      layer[i].density = 1 + i;
+      CHECK(finshell_builder_layer(builder, 0.02 + 0.01 * i, 30 + 60 * i, 2, 1 + i, NULL) == 0);
+      CHECK(finshell_builder_law(builder, "orthotropic", 4, names, values, NULL) == 0);
    }
-   CHECK(finshell_section_create_layered(3, layer, 1, options, &offset, &section, NULL) == 0);
-   return section;
+   CHECK(finshell_builder_option(builder, "offset", offset, NULL) == 0);
+   return built(builder);
 }
 #endif

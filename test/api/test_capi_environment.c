@@ -76,6 +76,57 @@ static finshell_section *section_of(const char *law, double thickness, int formu
    return s;
 }
 
+/* What a section says of itself. */
+static void asked(const finshell_section *s)
+{
+   finshell_properties properties = {0};
+   finshell_layer layer = {0};
+   double k[36], value;
+   char name[4];
+   properties.size = sizeof properties;
+   layer.size = sizeof layer;
+   finshell_section_properties(s, &properties, NULL);
+   undisturbed("section_properties", 0);
+   finshell_section_layer(s, 0, &layer, NULL);
+   undisturbed("section_layer", 0);
+   finshell_section_parameter(s, 0, 0, name, sizeof name, &value, NULL);
+   undisturbed("section_parameter", 0);
+   finshell_section_stiffness(s, k, NULL);
+   undisturbed("section_stiffness", 0);
+   finshell_section_stiffness(NULL, k, NULL);
+   undisturbed("section_stiffness", 1);
+}
+
+/* Layers of all kinds of numbers, and sections of them if they make sense. */
+static void builders(void)
+{
+   static const double odd[] = {0.1, 1e150, 1e300, 1e-300, 5e-324, 0, -1, NAN, INFINITY};
+   const char *names[] = {"mu"}, *options[] = {"offset", "beta0", "formulation", "slack", "nothing"};
+   for (unsigned i = 0; i < sizeof odd / sizeof *odd; i++)
+      for (unsigned j = 0; j < 4; j++)
+         for (unsigned o = 0; o < 5; o++) {
+            finshell_section_builder *b = NULL;
+            finshell_section *s = NULL;
+            finshell_builder_begin(&b, NULL);
+            undisturbed("builder_begin", 0);
+            for (int layer = 0; layer < 2; layer++) {
+               finshell_builder_layer(b, j == 0 ? odd[i] : 0.1, j == 1 ? odd[i] : 30, 0, j == 2 ? odd[i] : 1, NULL);
+               undisturbed("builder_layer", (int)i);
+               finshell_builder_law(b, "neo_hookean", 1, names, j == 3 ? &odd[i] : odd, NULL);
+               undisturbed("builder_law", (int)i);
+            }
+            finshell_builder_option(b, options[o], odd[(i + j) % 9], NULL);
+            undisturbed("builder_option", (int)o);
+            finshell_builder_build(b, &s, NULL);
+            undisturbed("builder_build", (int)i);
+            finshell_builder_destroy(b);
+            undisturbed("builder_destroy", 0);
+            asked(s);
+            finshell_section_destroy(s);
+         }
+}
+
+
 /* All functions on a patch; what comes out is finite, whatever went in. */
 static void all(const finshell_section *s, patch p, const char *what)
 {
@@ -196,9 +247,11 @@ int main(void)
             all(s, p, what);
             free_patch(p);
          }
+         asked(s);
          finshell_section_destroy(s);
       }
    }
+   builders();
    finshell_message(1, law, sizeof law);
    undisturbed("message", 0);
    outside();

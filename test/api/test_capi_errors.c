@@ -20,7 +20,6 @@ static void sections(void)
    const double values[] = {80, 20, 30}, bad[] = {NAN, 20}, negative[] = {-80, 0}, many[] = {13}, half[] = {1.5}, zero[] = {0, 0};
    char long_name[5000];
    finshell_section *s = (finshell_section *)&status;
-   finshell_layer layer[2];
    memset(long_name, 'x', sizeof long_name - 1);
    long_name[sizeof long_name - 1] = 0;
    const char *long_names[] = {long_name};
@@ -61,29 +60,7 @@ static void sections(void)
    option[0] = "thickness_points, density"; /* part of the list of options, but none */
    REFUSED(finshell_section_create("mooney_rivlin", 2, names, values, 1, 1, option, zero, &s, &status), "unknown option");
 
-   REFUSED(finshell_section_create_layered(0, layer, 0, NULL, NULL, &s, &status), "at least one layer");
-   REFUSED(finshell_section_create_layered(-3, layer, 0, NULL, NULL, &s, &status), "at least one layer");
-   REFUSED(finshell_section_create_layered(2, NULL, 0, NULL, NULL, &s, &status), "at least one layer");
-   memset(layer, 0, sizeof layer);
-   REFUSED(finshell_section_create_layered(2, layer, 0, NULL, NULL, &s, &status), "layer 1: the name");
-   for (int i = 0; i < 2; i++) {
-      layer[i].material = "mooney_rivlin";
-      layer[i].names = names;
-      layer[i].values = values;
-      layer[i].parameters = 2;
-      layer[i].thickness = 1 - i;
-   }
-   REFUSED(finshell_section_create_layered(2, layer, 0, NULL, NULL, &s, &status), "layer 2: thickness is");
-   layer[1].thickness = 1;
-   layer[1].points = -2;
-   REFUSED(finshell_section_create_layered(2, layer, 0, NULL, NULL, &s, &status), "layer 2: thickness_points is -2");
-   layer[1].points = 0;
-   layer[0].angle = INFINITY;
-   REFUSED(finshell_section_create_layered(2, layer, 0, NULL, NULL, &s, &status), "layer 1: angle is");
-   layer[0].angle = 0;
-   option[0] = "thickness_points"; /* belongs to the layers */
-   REFUSED(finshell_section_create_layered(2, layer, 1, option, values, &s, &status), "options are formulation, beta0, arc, offset");
-   CHECK(finshell_section_create_layered(2, layer, 0, NULL, NULL, &s, &status) == 0);
+   CHECK(finshell_section_create("mooney_rivlin", 2, names, values, 1, 0, NULL, NULL, &s, &status) == 0);
    CHECK(s != NULL && status.code == 0 && status.index == -1 && status.message[0] == 0);
    finshell_section_destroy(s);
    finshell_section_destroy(NULL);

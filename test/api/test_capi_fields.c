@@ -22,20 +22,12 @@ static finshell_section *tissue(void)
 {
    const char *fibre[] = {"c", "k1", "k2", "angle"}, *gel[] = {"mu"};
    const double with[] = {200, 300, 0.5, 30}, without[] = {100};
-   finshell_layer layer[2];
-   finshell_section *section = NULL;
-   memset(layer, 0, sizeof layer);
-   layer[0].material = "holzapfel_gasser_ogden";
-   layer[0].names = fibre;
-   layer[0].values = with;
-   layer[0].parameters = 4;
-   layer[0].thickness = layer[1].thickness = 0.1;
-   layer[1].material = "neo_hookean";
-   layer[1].names = gel;
-   layer[1].values = without;
-   layer[1].parameters = 1;
-   CHECK(finshell_section_create_layered(2, layer, 0, NULL, NULL, &section, NULL) == 0);
-   return section;
+   finshell_section_builder *builder = begin();
+   CHECK(finshell_builder_layer(builder, 0.1, 0, 0, 0, NULL) == 0);
+   CHECK(finshell_builder_law(builder, "holzapfel_gasser_ogden", 4, fibre, with, NULL) == 0);
+   CHECK(finshell_builder_layer(builder, 0.1, 0, 0, 0, NULL) == 0);
+   CHECK(finshell_builder_law(builder, "neo_hookean", 1, gel, without, NULL) == 0);
+   return built(builder);
 }
 
 static void list(void)

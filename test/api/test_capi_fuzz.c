@@ -76,6 +76,48 @@ static finshell_section *any_section(void)
    return section;
 }
 
+/* A section of layers, said in any order. */
+static finshell_section *any_layers(void)
+{
+   static const char *laws[] = {"neo_hookean", "yeoh", "nothing"}, *names[] = {"mu", "c1"};
+   static const char *known[] = {"membrane", "wrinkling", "slack", "arc", "beta0", "offset", "formulation", "density"};
+   finshell_section_builder *builder = NULL;
+   finshell_section *section = NULL;
+   finshell_status status = {0};
+   const double value = 1 + number();
+   finshell_builder_begin(&builder, NULL);
+   for (uint32_t i = draw(9); i > 0; i--) {
+      uint32_t law = draw(30) ? draw(2) : 2;
+      if (draw(30)) finshell_builder_layer(builder, draw(30) ? 0.02 : odd_number(), number(), draw(30) ? 0 : (int32_t)draw(15), draw(2), NULL);
+      if (draw(30)) finshell_builder_law(builder, laws[law], 1, &names[law % 2], &value, &status);
+      if (!draw(4)) finshell_builder_option(builder, known[draw(sizeof known / sizeof *known)], draw(3) ? draw(3) : number(), &status);
+   }
+   int32_t code = finshell_builder_build(builder, &section, draw(2) ? &status : NULL);
+   CHECK((code == 0) == (section != NULL));
+   finshell_builder_destroy(builder);
+   if (section && draw(10) == 0) finshell_builder_destroy((finshell_section_builder *)section);
+   return section;
+}
+
+/* What it says of itself is finite, or there is a code. */
+static void ask(const finshell_section *section)
+{
+   finshell_properties p = {0};
+   finshell_layer l = {0};
+   double stiffness[36], value = 0;
+   p.size = draw(20) ? sizeof p : draw(200);
+   l.size = draw(20) ? sizeof l : draw(200);
+   if (p.size > sizeof p || l.size > sizeof l) return;
+   if (finshell_section_properties(section, &p, NULL) == 0)
+      CHECK(isfinite(p.thickness) && isfinite(p.offset) && isfinite(p.areal_mass) && isfinite(p.first_moment) && isfinite(p.rotatory_inertia));
+   if (finshell_section_layer(section, (int32_t)draw(4) - 1, &l, NULL) == 0)
+      CHECK(isfinite(l.thickness) && isfinite(l.angle) && isfinite(l.density) && isfinite(l.height));
+   finshell_section_parameter(section, (int32_t)draw(3) - 1, (int32_t)draw(8) - 1, NULL, 0, &value, NULL);
+   CHECK(isfinite(value));
+   if (finshell_section_stiffness(section, stiffness, NULL) >= 0 && section)
+      for (int i = 0; i < 36; i++) CHECK(isfinite(stiffness[i]));
+}
+
 static double *maybe(double *a)
 {
    if (draw(12)) return a;
@@ -85,7 +127,8 @@ static double *maybe(double *a)
 
 static void one_call(void)
 {
-   finshell_section *section = any_section();
+   finshell_section *section = draw(4) ? any_section() : any_layers();
+   ask(section);
    finshell_status status = {0};
    int32_t n = draw(20) ? (int32_t)draw(MOST) : -(int32_t)draw(3), m = n > 0 ? n : 0, code, codes[MOST] = {0};
    int freedoms = section ? finshell_section_freedoms(section, NULL) : 18;

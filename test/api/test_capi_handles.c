@@ -19,6 +19,15 @@ static void refused(const finshell_section *section)
    CHECK(finshell_mass_matrix(section, 3, p.X, NULL, lumped, codes, &status) == -1);
    CHECK(strstr(status.message, "finshell_mass_matrix: section is no handle") != NULL);
    CHECK(finshell_evaluate(section, 0, NULL, NULL, NULL, 1, NULL, NULL, NULL, NULL, NULL, NULL, 1, NULL) == -1);
+   finshell_properties properties = {0};
+   finshell_layer layer = {0};
+   properties.size = sizeof properties;
+   layer.size = sizeof layer;
+   CHECK(finshell_section_properties(section, &properties, &status) == -1 && properties.layers == 0);
+   CHECK(strstr(status.message, "finshell_section_properties: section is no handle") != NULL);
+   CHECK(finshell_section_layer(section, 0, &layer, NULL) == -1 && layer.points == 0);
+   CHECK(finshell_section_parameter(section, 0, 0, NULL, 0, energy, NULL) == -1);
+   CHECK(finshell_section_stiffness(section, lumped, NULL) == -1);
    CHECK(energy[0] == 7 && stretch[0] == 7 && lumped[0] == 7 && codes[0] == 7);
    free_patch(p);
 }
@@ -26,15 +35,15 @@ static void refused(const finshell_section *section)
 int main(void)
 {
    double numbers[40] = {0};
-   finshell_layer layer;
+   finshell_elements elements;
    finshell_status status;
    silence();
-   memset(&layer, 0, sizeof layer);
+   memset(&elements, 0, sizeof elements);
    memset(&status, 0xff, sizeof status);
 
    /* of something else */
    refused((finshell_section *)numbers);
-   refused((finshell_section *)&layer);
+   refused((finshell_section *)&elements);
    refused((finshell_section *)&status);
    refused((finshell_section *)"finshell");
    refused((finshell_section *)(uintptr_t)1);
@@ -50,6 +59,11 @@ int main(void)
       finshell_section_destroy(dead);
       refused(dead);
    }
+   finshell_section_builder *gone = begin();
+   finshell_builder_destroy(gone);
+   CHECK(finshell_builder_option(gone, "arc", 1, &status) == -1);
+   CHECK(strstr(status.message, "finshell_builder_option: builder is no handle") != NULL);
+   finshell_builder_destroy(gone);
    finshell_section *many[50];
    for (int i = 0; i < 50; i++) many[i] = rubber(0.01 + 0.001 * i);
    for (int i = 0; i < 50; i += 2) finshell_section_destroy(many[i]);

@@ -30,20 +30,19 @@ static finshell_section *sheet(int wrinkling)
 /* Two layers of different directions. */
 static finshell_section *fabric(int wrinkling)
 {
-   const char *names[] = {"e1", "e2", "nu12", "g12"}, *options[] = {"membrane", "wrinkling", "slack"};
-   const double values[] = {33, 11, 0.25, 6.6}, chosen[] = {1, wrinkling, 1e-5};
-   finshell_layer layer[2] = {{0}};
-   finshell_section *s = NULL;
+   const char *names[] = {"e1", "e2", "nu12", "g12"};
+   const double values[] = {33, 11, 0.25, 6.6};
+   finshell_section_builder *builder = begin();
    for (int i = 0; i < 2; i++) {
-      layer[i].material = "orthotropic";
-      layer[i].parameters = 4;
-      layer[i].names = names;
-      layer[i].values = values;
-      layer[i].thickness = 0.02 + 0.01 * i;
-      layer[i].angle = 30 + 70 * i;
+      CHECK(finshell_builder_layer(builder, 0.02 + 0.01 * i, 30 + 70 * i, 0, 0, &status) == 0);
+      CHECK(finshell_builder_law(builder, "orthotropic", 4, names, values, &status) == 0);
    }
-   CHECK(finshell_section_create_layered(2, layer, wrinkling ? 3 : 1, options, chosen, &s, &status) == 0);
-   return s;
+   CHECK(finshell_builder_option(builder, "membrane", 1, &status) == 0);
+   if (wrinkling) {
+      CHECK(finshell_builder_option(builder, "wrinkling", 1, &status) == 0);
+      CHECK(finshell_builder_option(builder, "slack", 1e-5, &status) == 0);
+   }
+   return built(builder);
 }
 
 enum { most = 24 };
@@ -291,16 +290,15 @@ static int32_t with_options(int32_t n, const char *first, double a, const char *
 {
    const char *names[] = {"mu"}, *options[] = {first, second};
    const double mu = 2, values[] = {a, b};
-   finshell_layer layer = {0};
    finshell_section *s = NULL;
-   layer.material = "neo_hookean";
-   layer.parameters = 1;
-   layer.names = names;
-   layer.values = &mu;
-   layer.thickness = 0.1;
    if (strcmp(second, "thickness_points")) { /* both ways say the same */
       char text[sizeof status.message];
-      CHECK(finshell_section_create_layered(1, &layer, n, options, values, &s, &status) <= 0);
+      finshell_section_builder *builder = begin();
+      finshell_builder_layer(builder, 0.1, 0, 0, 0, NULL);
+      finshell_builder_law(builder, "neo_hookean", 1, names, &mu, NULL);
+      for (int i = 0; i < n; i++) finshell_builder_option(builder, options[i], values[i], NULL);
+      CHECK(finshell_builder_build(builder, &s, &status) <= 0);
+      finshell_builder_destroy(builder);
       finshell_section_destroy(s);
       snprintf(text, sizeof text, "%s", strchr(status.message, ':') ? strchr(status.message, ':') : "");
       int32_t code = finshell_section_create("neo_hookean", 1, names, &mu, 0.1, n, options, values, &s, &status);
@@ -337,15 +335,14 @@ static void refusals(void)
    CHECK(with_options(2, "wrinkling", 1, "membrane", 1) == 0);
    CHECK(with_options(2, "membrane", 1, "slack", 0) == 0);
 
-   const char *options[] = {"membrane"};
-   const double one = 1;
-   finshell_layer layer = {0};
+   const char *names[] = {"mu"};
+   const double mu = 2;
    finshell_section *s = NULL;
-   layer.material = "neo_hookean";
-   layer.thickness = 0.1;
-   layer.points = 3;
-   REFUSED(finshell_section_create_layered(1, &layer, 1, options, &one, &s, &status),
-           "layer 1: points is 3, and a membrane has none");
+   finshell_section_builder *builder = begin();
+   CHECK(finshell_builder_layer(builder, 0.1, 0, 3, 0, NULL) == 0 && finshell_builder_law(builder, "neo_hookean", 1, names, &mu, NULL) == 0);
+   CHECK(finshell_builder_option(builder, "membrane", 1, NULL) == 0);
+   REFUSED(finshell_builder_build(builder, &s, &status), "layer 1: points is 3, and a membrane has none");
+   finshell_builder_destroy(builder);
 
    patch p = new_patch(1, 3);
    finshell_section *shell = rubber(0.1);

@@ -147,21 +147,16 @@ static void layers(void)
    const double values[] = {1200, 0.25}, X[9] = {0, 0, 0, 2, 0, 0, 0, 2, 0}, offset[] = {0.25};
    double u[9] = {0}, t[9] = {0}, q[12], energy[3], n[3], m[3], stress[9], stretch;
    finshell_section *one, *three, *shifted;
-   finshell_layer layer[3];
+   finshell_section_builder *builder = begin();
    patch p = new_patch(5, 9);
    double e1[5], e3[5];
 
-   memset(layer, 0, sizeof layer);
    for (int i = 0; i < 3; i++) {
-      layer[i].material = "linear_elastic";
-      layer[i].names = names;
-      layer[i].values = values;
-      layer[i].parameters = 2;
-      layer[i].thickness = 0.1;
-      layer[i].angle = 17 * i;
+      CHECK(finshell_builder_layer(builder, 0.1, 17 * i, 0, 0, NULL) == 0);
+      CHECK(finshell_builder_law(builder, "linear_elastic", 2, names, values, NULL) == 0);
    }
    CHECK(finshell_section_create("linear_elastic", 2, names, values, 0.3, 0, NULL, NULL, &one, NULL) == 0);
-   CHECK(finshell_section_create_layered(3, layer, 0, NULL, NULL, &three, NULL) == 0);
+   three = built(builder);
    CHECK(finshell_section_create("linear_elastic", 2, names, values, 0.3, 1, option, offset, &shifted, NULL) == 0);
    CHECK(finshell_evaluate(one, 5, p.X, p.u, p.vector, 1, NULL, NULL, e1, NULL, NULL, NULL, 1, NULL) == 0);
    CHECK(finshell_evaluate(three, 5, p.X, p.u, p.vector, 1, NULL, NULL, e3, NULL, NULL, NULL, 1, NULL) == 0);
@@ -209,18 +204,13 @@ static void angle(void)
    const char *names[] = {"e1", "e2", "nu12", "g12"};
    const double values[] = {3300, 1100, 0.25, 660}, X[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0}, y[3] = {0, 1, 0};
    double n[3][3], u[9] = {0}, q[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
-   finshell_layer layer;
    finshell_section *s;
    u[3] = 1e-7; /* stretch along x only */
    for (int turned = 0; turned < 2; turned++) {
-      memset(&layer, 0, sizeof layer);
-      layer.material = "orthotropic";
-      layer.names = names;
-      layer.values = values;
-      layer.parameters = 4;
-      layer.thickness = 1;
-      layer.angle = 90 * turned;
-      CHECK(finshell_section_create_layered(1, &layer, 0, NULL, NULL, &s, NULL) == 0);
+      finshell_section_builder *builder = begin();
+      CHECK(finshell_builder_layer(builder, 1, 90 * turned, 0, 0, NULL) == 0);
+      CHECK(finshell_builder_law(builder, "orthotropic", 4, names, values, NULL) == 0);
+      s = built(builder);
       CHECK(finshell_recover(s, 1, X, u, q, 2, NULL, NULL, NULL, n[turned], NULL, NULL, NULL, NULL) == 0);
       if (!turned) CHECK(finshell_recover(s, 1, X, u, q, 2, NULL, y, NULL, n[2], NULL, NULL, NULL, NULL) == 0);
       finshell_section_destroy(s);

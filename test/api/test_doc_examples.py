@@ -117,6 +117,14 @@ class Examples(unittest.TestCase):
     def test_layers_of_the_guide(self):
         self.assertEqual(self.run_fragment("Layers"), "")
 
+    def test_section_of_the_guide(self):
+        before = """const char *names[] = {"c10", "c01"}, *options[] = {"density"};
+const double values[] = {80.0, 20.0}, density[] = {3.0};
+code = finshell_section_create("mooney_rivlin", 2, names, values, 0.1, 1, options, density, &section, &status);
+"""
+        self.assertEqual(self.run_fragment("What a section is", before),
+                         "1 layers, mass 0.3, in tension 80, in bending 0.0666667\nmooney_rivlin: 0.1\n   c10 = 80\n   c01 = 20\n")
+
     def test_normals_of_the_guide(self):
         # a sphere blown up by 1 %: N = E h / (1 - nu) times the Green-Lagrange strain, everywhere, and no bending
         before = """const char *names[] = {"e", "nu"};

@@ -16,7 +16,7 @@ import installed  # noqa: E402
 MODULE = os.path.join(installed.SOURCE, "api", "finshell_c.f90")
 LIBRARY = os.environ.get("FINSHELL_LIB", "")
 FLANG = next((path for path in map(shutil.which, ("flang-new", "flang", "flang-new-19", "flang-19")) if path), None)
-STRUCTURES = ("status", "parameter", "layer", "elements", "field_entry")
+STRUCTURES = ("status", "parameter", "properties", "layer", "elements", "field_entry")
 # What an argument of the header is in Fortran (name left out).
 KINDS = {
     "int32_t": "integer(c_int32_t), value", "double": "real(c_double), value",
@@ -25,8 +25,10 @@ KINDS = {
     "const char *": "character(kind=c_char), intent(in) (*)", "char *": "character(kind=c_char), intent(inout), optional (*)",
     "const char *const *": "type(c_ptr), intent(in), optional (*)", "const finshell_section *": "type(c_ptr), value",
     "finshell_section *": "type(c_ptr), value", "finshell_section **": "type(c_ptr), intent(out)",
-    "const finshell_layer *": "type(finshell_layer), intent(in), optional (*)",
+    "finshell_section_builder *": "type(c_ptr), value", "finshell_section_builder **": "type(c_ptr), intent(out)",
     "const finshell_elements *": "type(finshell_elements), intent(in)",
+    "finshell_properties *": "type(finshell_properties), intent(inout), optional",
+    "finshell_layer *": "type(finshell_layer), intent(inout), optional",
     "finshell_parameter *": "type(finshell_parameter), intent(out), optional",
     "finshell_field_entry *": "type(finshell_field_entry), intent(out), optional"}
 PROGRAM = """program square
@@ -35,7 +37,11 @@ PROGRAM = """program square
    implicit none
    character(kind=c_char, len=4), target :: names(3) = ['c10'//c_null_char, 'c01'//c_null_char, 'mu'//c_null_char//' ']
    character(kind=c_char, len=10), target :: options(2) = ['membrane'//c_null_char//' ', 'wrinkling'//c_null_char]
-   type(c_ptr) :: section, sheet
+   type(c_ptr) :: section, sheet, builder
+   type(finshell_properties) :: properties
+   type(finshell_layer) :: layer
+   character(kind=c_char) :: name(4)
+   real(c_double) :: parameter, stiffness(36)
    type(finshell_status) :: status
    type(finshell_elements) :: elements
    real(c_double), target :: x(3, 3, 2), u(3, 3, 2), t(3, 3, 2), normals(3, 3, 2)
@@ -88,6 +94,24 @@ PROGRAM = """program square
    if (finshell_elements_wrinkles(sheet, elements, state) /= finshell_ok) error stop 'no wrinkles'
    if (any(state /= finshell_sheet_taut)) error stop 'not taut'
    call finshell_section_destroy(sheet)
+   properties%size = c_sizeof(properties)
+   if (finshell_section_properties(section, properties, status) /= finshell_ok) error stop 'no properties'
+   if (properties%layers /= 1 .or. abs(properties%thickness - 0.1_c_double) > 0) error stop 'wrong properties'
+   layer%size = c_sizeof(layer)
+   if (finshell_section_layer(section, 0, layer) /= finshell_ok .or. layer%parameters /= 2) error stop 'no layer'
+   if (finshell_section_parameter(section, 0, 1, name, 4, parameter) /= finshell_ok) error stop 'no parameter'
+   if (any(name /= ['c', '0', '1', c_null_char]) .or. abs(parameter - 20) > 0) error stop 'wrong parameter'
+   if (finshell_section_stiffness(section, stiffness) /= finshell_ok) error stop 'no stiffness'
+   if (abs(stiffness(1) - 80) > 1e-12_c_double) error stop 'wrong stiffness' ! 4 G h = 4 2 (c10 + c01) h
+   if (finshell_builder_begin(builder) /= finshell_ok) error stop 'no builder'
+   if (finshell_builder_layer(builder, 0.1_c_double, 30.0_c_double, 0, 0.0_c_double) /= finshell_ok) error stop 'no layer added'
+   code = finshell_builder_law(builder, 'neo_hookean'//c_null_char, 1, [c_loc(names(3))], [2.0_c_double])
+   if (code /= finshell_ok) error stop 'no law'
+   if (finshell_builder_option(builder, 'membrane'//c_null_char, 1.0_c_double) /= finshell_ok) error stop 'no option'
+   if (finshell_builder_build(builder, sheet) /= finshell_ok) error stop 'not built'
+   call finshell_builder_destroy(builder)
+   if (finshell_section_freedoms(sheet) /= 9) error stop 'wrong freedoms of what was built'
+   call finshell_section_destroy(sheet)
    elements%rotations = c_loc(t)
    elements%size = elements%size + 1
    if (finshell_elements_recover(section, elements, moment=moment) /= finshell_invalid_argument) error stop 'wrong size taken'
@@ -111,7 +135,7 @@ class Interface(unittest.TestCase):
         cls.module = re.sub(r" *&\n *", " ", cls.module)
 
     def test_functions(self):
-        expected = re.findall(r"^(const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.header, re.M)
+        expected = re.findall(r"^FINSHELL_API (const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.header, re.M)
         bodies = {name: (arguments, body) for name, arguments, body in
                   re.findall(r"(?:function|subroutine) (finshell_\w+)\((.*?)\)(?: result\(\w+\))? bind\(c\)\n(.*?)\n *end ", self.module, re.S)}
         self.assertEqual(set(bodies), {name for _, name, _ in expected})
@@ -124,6 +148,8 @@ class Interface(unittest.TestCase):
                     kind = KINDS[kind.strip()]
                     if name == "finshell_rotation_update" and variable == "quaternion":
                         kind = kind.replace("out", "inout")
+                    if (name, variable) == ("finshell_section_parameter", "value"):
+                        kind = kind.replace(" (*)", "")
                     wanted.append((variable.lower(), kind))
                 self.assertEqual([a.strip() for a in listed.split(",") if a.strip()], [variable for variable, _ in wanted])
                 for variable, kind in wanted:
@@ -174,7 +200,7 @@ class Interface(unittest.TestCase):
         if importlib.util.find_spec("numpy"):
             sys.path.insert(0, os.path.join(installed.SOURCE, "api", "python"))
             from finshell import _library
-            by_ctypes = {"status": _library.Status, "parameter": _library.CParameter, "layer": _library.CLayer,
+            by_ctypes = {"status": _library.Status, "parameter": _library.CParameter, "properties": _library.CProperties, "layer": _library.CLayer,
                          "elements": _library.CElements, "field_entry": _library.CField}
             lines = []
             for name, fields in members.items():

@@ -49,10 +49,11 @@ class Header(unittest.TestCase):
                  "int32_t *": _library._C, "finshell_status *": _library._S, "const char *": ctypes.c_char_p, "char *": ctypes.c_char_p,
                  "const finshell_section *": ctypes.c_void_p, "finshell_section *": ctypes.c_void_p,
                  "finshell_section **": ctypes.POINTER(ctypes.c_void_p), "const char *const *": _library._N,
-                 "const finshell_layer *": ctypes.POINTER(_library.CLayer), "const finshell_elements *": _library._E,
+                 "finshell_section_builder *": ctypes.c_void_p, "finshell_section_builder **": ctypes.POINTER(ctypes.c_void_p), "const finshell_elements *": _library._E,
+                 "finshell_properties *": ctypes.POINTER(_library.CProperties), "finshell_layer *": ctypes.POINTER(_library.CLayer),
                  "finshell_parameter *": ctypes.POINTER(_library.CParameter),
                  "finshell_field_entry *": ctypes.POINTER(_library.CField), "void": None}
-        found = re.findall(r"^(const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.text, re.M)
+        found = re.findall(r"^FINSHELL_API (const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", self.text, re.M)
         self.assertEqual({name for _, name, _ in found}, set(_library._PROTOTYPES))
         for result, name, arguments in found:
             with self.subTest(name=name):
@@ -61,7 +62,7 @@ class Header(unittest.TestCase):
                 self.assertEqual(_library._PROTOTYPES[name], (kinds[result.strip()], types))
 
     def test_structures(self):
-        for name, structure in (("status", _library.Status), ("layer", _library.CLayer), ("parameter", _library.CParameter),
+        for name, structure in (("status", _library.Status), ("parameter", _library.CParameter), ("properties", _library.CProperties), ("layer", _library.CLayer),
                                 ("elements", _library.CElements), ("field_entry", _library.CField)):
             fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.text, re.S).group(1)
             names = [re.search(r"(\w+)(\[\d+\])?$", f.strip()).group(1) for f in fields.split(";") if f.strip()]
@@ -69,6 +70,7 @@ class Header(unittest.TestCase):
         self.assertEqual(ctypes.sizeof(_library.Status), 256)
 
     def test_numbers(self):
+        self.assertEqual([int(n) for n in finshell.version().split(".")], [_library.library().finshell_version_number() // d % 100 for d in (10000, 100, 1)])
         self.assertEqual(finshell.ABI, int(re.search(r"define FINSHELL_ABI\s+(\d+)", self.text).group(1)))
         for rotation in finshell.Rotation:
             self.assertIn(f"FINSHELL_ROTATION_{rotation.name} = {rotation.value}", self.text)
@@ -125,7 +127,7 @@ class Elements(unittest.TestCase):
         with self.assertRaisesRegex(finshell.Error, "unknown option 'points'"):
             rubber(points=3)
         with self.assertRaisesRegex(finshell.Error, "layer 2: thickness is"):
-            finshell.Section.layered([finshell.Layer("neo_hookean", {"mu": 1.0}, h) for h in (1.0, -1.0)])
+            finshell.Section([finshell.Layer("neo_hookean", {"mu": 1.0}, h) for h in (1.0, -1.0)])
         u[1, 2] = u[1, 1] + SQUARE[1, 1] - SQUARE[1, 2]
         with self.assertRaises(finshell.Recoverable) as caught:
             section.evaluate(SQUARE, u, t)
@@ -238,7 +240,7 @@ class Elements(unittest.TestCase):
         self.assertAlmostEqual(sheet.mass(SQUARE, lumped=True).sum(), 3 * 0.3, places=14)
         self.assertAlmostEqual(sheet.mass(SQUARE).sum(), 3 * 0.3, places=14)
         layers = [finshell.Layer("neo_hookean", {"mu": 2.0}, 0.05)] * 2
-        two = finshell.Section.layered(layers, membrane=True, wrinkling=True, slack=1e-6)
+        two = finshell.Section(layers, membrane=True, wrinkling=True, slack=1e-6)
         np.testing.assert_allclose(two.evaluate(SQUARE, u).force, sheet.evaluate(SQUARE, u).force, atol=1e-15)
         self.assertEqual(two.evaluate(SQUARE, u, toward=np.ones((2, 9))).force.shape, (2, 9))
         # the volume behind membranes: rotations of zeros will do, however they are turned
@@ -248,6 +250,36 @@ class Elements(unittest.TestCase):
             volume = sum(np.dot(a, np.cross(b, c)) / 6 for a, b, c in x)
             self.assertAlmostEqual(finshell.enclosed_volume(SQUARE, x - SQUARE, 0 * x), volume, places=14)
 
+    def test_what_a_section_is(self):
+        plies = [finshell.Layer("orthotropic", {"e1": 3300.0, "e2": 1100.0, "nu12": 0.25, "g12": 660.0}, 0.1, angle, density=2.0) for angle in (0.0, 90.0)]
+        s = finshell.Section(plies, offset=0.05, formulation=2)
+        self.assertEqual((s.freedoms, s.formulation, s.isotropic, s.membrane, s.wrinkling, s.offset), (18, 2, False, False, False, 0.05))
+        self.assertAlmostEqual(s.thickness, 0.2, places=15)
+        self.assertAlmostEqual(s.areal_mass, 0.4, places=15)
+        self.assertAlmostEqual(s.first_moment, 0.4 * 0.05, places=15)
+        self.assertAlmostEqual(s.rotatory_inertia, 0.4 * (0.2**2 / 12 + 0.05**2), places=15)
+        self.assertEqual([(layer.material, layer.thickness, layer.angle, layer.points, layer.density) for layer in s.layers],
+                         [("orthotropic", 0.1, angle, 2, 2.0) for angle in (0.0, 90.0)])
+        self.assertLessEqual(plies[0].parameters.items(), s.layers[0].parameters.items())
+        again = finshell.Section(s.layers, offset=s.offset, formulation=s.formulation)
+        u, t = bent()
+        np.testing.assert_array_equal(again.evaluate(SQUARE, u, t).tangent, s.evaluate(SQUARE, u, t).tangent)
+        q = np.array([3300, 1100]) / (1 - 0.25**2 / 3)
+        k = s.stiffness
+        np.testing.assert_allclose(k[:3, :3], 0.1 * np.array([[q.sum(), 0.5 * q[1], 0], [0.5 * q[1], q.sum(), 0], [0, 0, 1320]]), atol=1e-11)
+        np.testing.assert_allclose(k[0, 3], 0.05 * 0.1 * q.sum() + 0.05 * 0.1 * (q[1] - q[0]), rtol=1e-12)
+        np.testing.assert_array_equal(k, k.T)
+        self.assertEqual(repr(s), "<Section of a shell: orthotropic 0.1, orthotropic 0.1 at 90>")
+        sheet = finshell.Section("neo_hookean", {"mu": 2.0}, 0.1, membrane=True, wrinkling=True, density=3)
+        self.assertEqual(repr(sheet), "<Section of a wrinkling membrane: neo_hookean 0.1>")
+        self.assertTrue(sheet.isotropic and sheet.membrane and sheet.wrinkling and sheet.freedoms == 9)
+        self.assertEqual(sheet.layers, (finshell.Layer("neo_hookean", {"mu": 2.0}, 0.1, density=3.0),))
+        np.testing.assert_array_equal(sheet.stiffness[3:], 0)
+        with self.assertRaisesRegex(finshell.Error, "a section needs at least one layer"):
+            finshell.Section([])
+        with self.assertRaisesRegex(finshell.Error, "layer 2: unknown material law 'cheese'"):
+            finshell.Section([*s.layers[:1], finshell.Layer("cheese", {}, 0.1)])
+
     def test_errors_of_membranes(self):
         u, _ = bent()
         with self.assertRaisesRegex(finshell.Error, "only a membrane has the option 'wrinkling': give membrane = 1, too"):
@@ -255,7 +287,7 @@ class Elements(unittest.TestCase):
         with self.assertRaisesRegex(finshell.Error, "a membrane has no option 'offset': it does not bend"):
             rubber(membrane=True, offset=0.1)
         with self.assertRaisesRegex(finshell.Error, "layer 1: points is 3, and a membrane has none"):
-            finshell.Section.layered([finshell.Layer("neo_hookean", {"mu": 1.0}, 0.1, points=3)], membrane=True)
+            finshell.Section([finshell.Layer("neo_hookean", {"mu": 1.0}, 0.1, points=3)], membrane=True)
         with self.assertRaisesRegex(finshell.Error, "rotations is NULL"):
             rubber().evaluate(SQUARE, u)
         with self.assertRaisesRegex(finshell.Error, "the section is that of a shell"):
@@ -340,7 +372,7 @@ class Elements(unittest.TestCase):
         density = section.recover_field("energy_density", SQUARE, u, t)
         np.testing.assert_allclose(density * 0.5 * 0.1, section.evaluate(SQUARE, u, t).energy, rtol=1e-12)
         layer = finshell.Layer("st_venant_kirchhoff", {"e": 1000.0, "nu": 0.3}, 0.05)
-        two = finshell.Section.layered([layer, layer])
+        two = finshell.Section([layer, layer])
         self.assertEqual(two.recover_field("material_stress", SQUARE, u, t).shape, (2, 2, 3))
         self.assertEqual(two.recover_field("strain", SQUARE[:0], u[:0], t[:0]).shape, (0, 3, 3))
         with self.assertRaisesRegex(ValueError, "unknown field 'colour', there are: .*strain"):
@@ -353,7 +385,7 @@ class Elements(unittest.TestCase):
     def test_layers(self):
         layer = finshell.Layer("st_venant_kirchhoff", {"e": 1000.0, "nu": 0.3}, 0.05, angle=30.0)
         u, t = bent()
-        two = finshell.Section.layered([layer, layer]).evaluate(SQUARE, u, t).energy
+        two = finshell.Section([layer, layer]).evaluate(SQUARE, u, t).energy
         one = finshell.Section("st_venant_kirchhoff", {"e": 1000.0, "nu": 0.3}, 0.1).evaluate(SQUARE, u, t).energy
         np.testing.assert_allclose(two, one, rtol=1e-12)
 

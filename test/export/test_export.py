@@ -23,7 +23,7 @@ def declarations(header):
     text = re.sub(r"/\*.*?\*/", "", header, flags=re.S)
     text = re.sub(r"^#.*$", "", text, flags=re.M)
     found = []
-    for result, name, arguments in re.findall(r"^(const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", text, re.M):
+    for result, name, arguments in re.findall(r"^FINSHELL_API (const char \*|int32_t |void )(finshell_\w+)\(([^)]*)\);", text, re.M):
         types = [re.sub(r"\s*\w+$", "", " ".join(a.split())) for a in arguments.split(",") if a.strip() != "void"]
         found.append(f"{result.strip()} {name}({', '.join(types)})")
     for body, name in re.findall(r"typedef struct \w+ \{(.*?)\} (\w+);", text, re.S):
@@ -39,7 +39,7 @@ class Export(unittest.TestCase):
         cls.keep, cls.libraries = installed.install()
         with open(os.path.join(cls.keep.name, "include", "finshell.h"), encoding="utf-8") as f:
             cls.header = f.read()
-        cls.declared = set(re.findall(r"^(?:const char \*|int32_t |void )(finshell_\w+)\(", cls.header, re.M))
+        cls.declared = set(re.findall(r"^FINSHELL_API (?:const char \*|int32_t |void )(finshell_\w+)\(", cls.header, re.M))
         cls.shared = os.path.join(cls.libraries, "libfinshell.so")
 
     @classmethod
@@ -49,6 +49,24 @@ class Export(unittest.TestCase):
     def test_shared_library_is_the_header(self):
         self.assertGreaterEqual(len(self.declared), 19)
         self.assertEqual(symbols(self.shared, "-D"), self.declared)
+
+    def test_every_function_has_the_macro(self):
+        text = re.sub(r"/\*.*?\*/|^#.*?(?<!\\)$", "", self.header, flags=re.S | re.M)
+        functions = re.findall(r"^(.*?)\b(finshell_\w+)\(", text, re.M)
+        self.assertEqual({name for _, name in functions}, self.declared)
+        self.assertEqual({before.split()[0] for before, _ in functions}, {"FINSHELL_API"})
+
+    def test_macro_on_systems(self):
+        # what the preprocessor makes of it where the compiler is another one
+        expected = {(): '__attribute__((visibility("default")))', ("-U__GNUC__",): "", ("-D_WIN32",): "__declspec(dllimport)",
+                    ("-D_WIN32", "-DFINSHELL_BUILDING"): "__declspec(dllexport)", ("-D_WIN32", "-DFINSHELL_STATIC"): "",
+                    ("-DFINSHELL_API=mine",): "mine"}
+        header = os.path.join(self.keep.name, "include", "finshell.h")
+        for options, macro in expected.items():
+            with self.subTest(options=options):
+                # types of the C library are not asked for
+                text = installed.run(installed.CC, "-E", "-P", *options, "-D_STDINT_H", "-D_GCC_WRAP_STDINT_H", header)
+                self.assertIn(f"{macro} int32_t finshell_abi(void);".strip(), [" ".join(line.split()) for line in text.splitlines()])
 
     def test_static_library(self):
         shown = symbols(os.path.join(self.libraries, "libfinshell.a"))
@@ -89,9 +107,14 @@ class Export(unittest.TestCase):
 
     def test_versions_agree(self):
         version = re.search(r'#define FINSHELL_VERSION "([\d.]+)"', self.header).group(1)
+        numbers = [int(re.search(rf"#define FINSHELL_VERSION_{part} (\d+)\n", self.header).group(1)) for part in ("MAJOR", "MINOR", "PATCH")]
+        self.assertEqual(".".join(map(str, numbers)), version)
+        with open(os.path.join(installed.SOURCE, "src", "base", "finshell_version.f90"), encoding="utf-8") as f:
+            self.assertEqual(int(re.search(r"version_number = (\d+)", f.read()).group(1)), numbers[0] * 10000 + numbers[1] * 100 + numbers[2])
         self.assertEqual(installed.run("pkg-config", "--modversion", "finshell", env=installed.environment(self.libraries)).strip(),
                          version)
         for name, pattern in (("src/base/finshell_version.f90", r"version = '([\d.]+)'"), ("api/fpm.toml", r'version = "([\d.]+)"'),
+                              ("fpm.toml", r'version = "([\d.]+)"'), ("CMakeLists.txt", r"project\(finshell VERSION ([\d.]+)"),
                               ("api/python/pyproject.toml", r'version = "([\d.]+)"'),
                               ("api/python/finshell/__init__.py", r'__version__ = "([\d.]+)"')):
             with self.subTest(name=name), open(os.path.join(installed.SOURCE, name), encoding="utf-8") as f:
@@ -101,7 +124,7 @@ class Export(unittest.TestCase):
         blocks = re.split(r"\n\n", self.header)
         for name in self.declared:
             with self.subTest(name=name):
-                block = next(b for b in blocks if re.search(rf"^(const char [*]|int32_t |void ){name}[(]", b, re.M))
+                block = next(b for b in blocks if re.search(rf"^FINSHELL_API (const char [*]|int32_t |void ){name}[(]", b, re.M))
                 comment = block.split(f"{name}(")[0]
                 self.assertIn("*/", comment)
                 if name.startswith("finshell_rotation_"):

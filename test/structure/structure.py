@@ -15,7 +15,7 @@ import re
 
 KERNEL = {"math", "material", "section", "element"}
 OPEN_TO_API = {"base", "math", "section", "element", "batch"}
-MATERIAL_OPEN_TO_API = {"finshell_registry", "finshell_material"}
+MATERIAL_OPEN_TO_API = {"finshell_parameter", "finshell_registry", "finshell_material"}
 SET_UP = {"finshell_registry", "finshell_parameter"}  # material laws by name: never called for an element
 LONGEST = 400
 

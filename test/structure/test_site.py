@@ -82,7 +82,7 @@ class Site(unittest.TestCase):
 
     def test_functions_of_the_header(self):
         header = (ROOT / "api" / "finshell.h").read_text(encoding="utf-8")
-        functions = re.findall(r"^(?:int32_t|void|const char \*)\s*(finshell_\w+)\(", header, re.M)
+        functions = re.findall(r"^FINSHELL_API (?:int32_t|void|const char \*)\s*(finshell_\w+)\(", header, re.M)
         self.assertGreater(len(functions), 20)
         for name in functions:
             self.assertIn(f"### {name}\n", self.text["c_header.md"])

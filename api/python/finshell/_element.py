@@ -3,14 +3,14 @@ from __future__ import annotations
 
 import ctypes
 import enum
-import weakref
 from dataclasses import dataclass
-from typing import Any, Mapping, Optional, Sequence, Tuple
+from typing import Any, Optional, Tuple
 
 import numpy as np
 
 from ._field import fields
-from ._library import (CElements, CLayer, Codes, Doubles, Status, array, check, code_pointer, library, pairs, pointer)
+from ._library import CElements, Codes, Doubles, Status, array, check, code_pointer, library, pointer
+from ._section import SectionBase
 
 
 class Rotation(enum.IntEnum):
@@ -27,18 +27,6 @@ class Sheet(enum.IntEnum):
     SLACK = 0
     WRINKLED = 1  # tension along the ridges only
     TAUT = 2
-
-
-@dataclass
-class Layer:
-    """One layer of a section; angle in degrees."""
-
-    material: str
-    parameters: Mapping[str, float]
-    thickness: float
-    angle: float = 0.0
-    points: int = 0  # 0: by the law; membranes have none
-    density: float = 0.0
 
 
 @dataclass
@@ -99,44 +87,8 @@ class _Elements:
         self.reference = ctypes.byref(block)
 
 
-class Section:
+class Section(SectionBase):
     """What elements are made of; immutable, shared by any number of threads."""
-
-    def __init__(self, material: str, parameters: Mapping[str, float], thickness: float, **options: float) -> None:
-        """One layer. Options: thickness_points, formulation (1: S, 2: P), beta0, arc (1 or 0), offset, density; membrane,
-        wrinkling (True or False), slack."""
-        names, values = pairs(list(parameters), list(parameters.values()))
-        option_names, option_values = pairs(list(options), list(options.values()))
-        handle, status = ctypes.c_void_p(), Status()
-        library().finshell_section_create(material.encode(), len(parameters), names, values, thickness, len(options), option_names,
-                                          option_values, ctypes.byref(handle), ctypes.byref(status))
-        check(status)
-        self._own(handle, 1)
-
-    @classmethod
-    def layered(cls, layers: Sequence[Layer], **options: float) -> "Section":
-        """Layers, bottom to top. Options: formulation, beta0, arc, offset, membrane, wrinkling, slack."""
-        c_layers = (CLayer * len(layers))()
-        kept = []
-        for c, layer in zip(c_layers, layers):
-            names, values = pairs(list(layer.parameters), list(layer.parameters.values()))
-            kept.append((names, values))
-            c.material, c.names, c.values = layer.material.encode(), names, values
-            c.parameters, c.points = len(layer.parameters), layer.points
-            c.thickness, c.angle, c.density = layer.thickness, layer.angle, layer.density
-        option_names, option_values = pairs(list(options), list(options.values()))
-        handle, status = ctypes.c_void_p(), Status()
-        library().finshell_section_create_layered(len(layers), c_layers, len(options), option_names, option_values,
-                                                  ctypes.byref(handle), ctypes.byref(status))
-        check(status)
-        section = cls.__new__(cls)
-        section._own(handle, len(layers))
-        return section
-
-    def _own(self, handle: ctypes.c_void_p, layers: int) -> None:
-        self._handle, self._layers = handle, layers
-        weakref.finalize(self, library().finshell_section_destroy, handle)
-        self.freedoms = int(library().finshell_section_freedoms(handle, None))  # of an element: 18, of a membrane 9
 
     def evaluate(self, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
                  direction: Any = None, normals: Any = None, toward: Any = None, straight: Any = None, energy: bool = True,
@@ -185,7 +137,7 @@ class Section:
         if field is None:
             raise ValueError(f"unknown field {name!r}, there are: {', '.join(f.name for f in fields())}")
         elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight)
-        places = {"element": (), "surfaces": (3,), "layers": (self._layers,)}[field.at]
+        places = {"element": (), "surfaces": (3,), "layers": (self._properties.layers,)}[field.at]
         values = np.zeros((elements.n, *places, *((len(field.components),) if field.components else ())))
         codes, status = np.zeros(elements.n, np.int32), Status()
         library().finshell_recover_field(self._handle, elements.reference, name.encode(), pointer(values), code_pointer(codes),

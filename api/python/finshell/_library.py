@@ -29,19 +29,25 @@ class Status(ctypes.Structure):
     _fields_ = [("code", ctypes.c_int32), ("index", ctypes.c_int32), ("failed", ctypes.c_int32), ("message", ctypes.c_char * 244)]
 
 
-class CLayer(ctypes.Structure):
-    """finshell_layer of finshell.h."""
-
-    _fields_ = [("material", ctypes.c_char_p), ("names", ctypes.POINTER(ctypes.c_char_p)),
-                ("values", ctypes.POINTER(ctypes.c_double)), ("parameters", ctypes.c_int32), ("points", ctypes.c_int32),
-                ("thickness", ctypes.c_double), ("angle", ctypes.c_double), ("density", ctypes.c_double)]
-
-
 class CParameter(ctypes.Structure):
     """finshell_parameter of finshell.h."""
 
     _fields_ = [("name", ctypes.c_char * 32), ("meaning", ctypes.c_char * 128), ("default_value", ctypes.c_double),
                 ("example", ctypes.c_double), ("required", ctypes.c_int32), ("padding", ctypes.c_int32)]
+
+
+class CProperties(ctypes.Structure):
+    """finshell_properties of finshell.h."""
+
+    _fields_ = [("size", ctypes.c_uint64), *((name, ctypes.c_int32) for name in ("layers", "freedoms", "formulation", "isotropic", "membrane", "wrinkling")),
+                *((name, ctypes.c_double) for name in ("thickness", "offset", "areal_mass", "first_moment", "rotatory_inertia"))]
+
+
+class CLayer(ctypes.Structure):
+    """finshell_layer of finshell.h."""
+
+    _fields_ = [("size", ctypes.c_uint64), ("law", ctypes.c_char * 32), ("parameters", ctypes.c_int32), ("points", ctypes.c_int32),
+                *((name, ctypes.c_double) for name in ("thickness", "angle", "density", "height"))]
 
 
 class CField(ctypes.Structure):
@@ -112,6 +118,7 @@ _E = ctypes.POINTER(CElements)
 _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_abi": (_I, []),
     "finshell_version_text": (ctypes.c_char_p, []),
+    "finshell_version_number": (_I, []),
     "finshell_cpu_level": (_I, []),
     "finshell_message": (_I, [_I, ctypes.c_char_p, _I]),
     "finshell_material_count": (_I, []),
@@ -119,9 +126,18 @@ _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_material_parameter_count": (_I, [ctypes.c_char_p, _S]),
     "finshell_material_parameter": (_I, [ctypes.c_char_p, _I, ctypes.POINTER(CParameter), _S]),
     "finshell_section_create": (_I, [ctypes.c_char_p, _I, _N, _D, ctypes.c_double, _I, _N, _D, ctypes.POINTER(_P), _S]),
-    "finshell_section_create_layered": (_I, [_I, ctypes.POINTER(CLayer), _I, _N, _D, ctypes.POINTER(_P), _S]),
+    "finshell_builder_begin": (_I, [ctypes.POINTER(_P), _S]),
+    "finshell_builder_layer": (_I, [_P, ctypes.c_double, ctypes.c_double, _I, ctypes.c_double, _S]),
+    "finshell_builder_law": (_I, [_P, ctypes.c_char_p, _I, _N, _D, _S]),
+    "finshell_builder_option": (_I, [_P, ctypes.c_char_p, ctypes.c_double, _S]),
+    "finshell_builder_build": (_I, [_P, ctypes.POINTER(_P), _S]),
+    "finshell_builder_destroy": (None, [_P]),
     "finshell_section_destroy": (None, [_P]),
     "finshell_section_freedoms": (_I, [_P, _S]),
+    "finshell_section_properties": (_I, [_P, ctypes.POINTER(CProperties), _S]),
+    "finshell_section_layer": (_I, [_P, _I, ctypes.POINTER(CLayer), _S]),
+    "finshell_section_parameter": (_I, [_P, _I, _I, ctypes.c_char_p, _I, _D, _S]),
+    "finshell_section_stiffness": (_I, [_P, _D, _S]),
     "finshell_elements_evaluate": (_I, [_P, _E, _D, _D, _D, _C, _S]),
     "finshell_elements_recover": (_I, [_P, _E, _D, _D, _D, _D, _C, _S]),
     "finshell_elements_wrinkles": (_I, [_P, _E, _C, _D, _C, _S]),
