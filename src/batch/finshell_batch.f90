@@ -17,6 +17,7 @@ module finshell_batch
    use finshell_recovered, only: recovered_t
    use finshell_law_states, only: law_states_t
    use finshell_point_states, only: new_point_states, point_states_t
+   use finshell_own, only: gather_own, n_growth
    use finshell_reference, only: side_free, side_straight, side_fixed
    use finshell_section, only: section_t
    use finshell_single, only: evaluate_single, narrow
@@ -25,7 +26,7 @@ module finshell_batch
    implicit none
    private
    public :: evaluate_elements, predict_resultants, recover_elements
-   public :: rotation_vector, rotation_quaternion, rotation_increment, n_resultants, side_free, side_straight, side_fixed
+   public :: rotation_vector, rotation_quaternion, rotation_increment, n_resultants, n_growth, side_free, side_straight, side_fixed
 
    !> Blocks a thread must have to pay (some 100 us of work; waking a team takes about 10).
    integer, parameter :: blocks_per_thread = 32
@@ -38,7 +39,7 @@ contains
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
    subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
-                                state, resultants, toward, held, normal, states)
+                                state, resultants, toward, held, normal, thickness, offset, growth, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -65,6 +66,12 @@ contains
       real(wp), intent(in), optional :: normal(3, 3, n)
       !> Of laws that have states (finshell_law_states); absent: none has been strained before, and the step has no time.
       type(law_states_t), intent(in), optional :: states
+      !> Of the elements' own instead of the section's: thickness of the whole section, in which all layers share, and height of its
+      !> middle above the surface of the nodes.
+      real(wp), intent(in), optional :: thickness(n), offset(n)
+      !> Stress-free state of each layer: Green-Lagrange strain 11, 22, 2 12 along the material direction, from the reference, and
+      !> growth of the thickness, less 1 (finshell_growth). Zeros: the reference.
+      real(wp), intent(in), optional :: growth(n_growth, size(section%layers), n)
       type(environment_t) :: environment
       integer :: b, blocks, level, team
       logical :: quiet
@@ -87,14 +94,14 @@ contains
       if (n == 1 .and. narrow) then
          call hold(environment)
          call evaluate_single(section, level, 0, n, x, u, rotation, convention, status, energy, force, tangent, direction, state, &
-                              resultants, toward, held, normal, states)
+                              resultants, toward, held, normal, thickness, offset, growth, states)
          quiet = all_quiet()
          call release(environment)
       else if (team == 1 .or. blocks == 1) then
          call hold(environment)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, toward, held, normal, states)
+                                direction, state, resultants, toward, held, normal, thickness, offset, growth, states)
          end do
          quiet = all_quiet()
          call release(environment)
@@ -104,7 +111,7 @@ contains
 !$omp do schedule(static)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, toward, held, normal, states)
+                                direction, state, resultants, toward, held, normal, thickness, offset, growth, states)
          end do
 !$omp end do
          quiet = all_quiet()
@@ -123,7 +130,7 @@ contains
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): the stress of the next iterate is taken from the
    !> linearisation of the last one. The solution is unchanged, thin shells take much larger increments.
    subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, toward, held, &
-                                 normal)
+                                 normal, thickness, offset, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), quaternion(4, 3, n)
@@ -134,6 +141,7 @@ contains
       real(wp), intent(in), optional :: toward(n_shell, n) !< as in `evaluate_elements`
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
+      real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(block_t) :: block
       type(environment_t) :: environment
       type(stress_t) :: stress
@@ -145,6 +153,7 @@ contains
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction, held=held, toward=toward, &
                      normal=normal)
+         call gather_own(section, first, n, block%own, thickness, offset, growth)
          increments = 0
          do l = 1, min(lanes, n - first)
             increments(l, :) = increment(:, first + l)
@@ -169,7 +178,7 @@ contains
    !> to the element), carried along by the element's rotation. Stresses are evaluated only if they are asked for: a law may end at
    !> the surfaces and not before. What fails is 0.
    subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
-                               state, stress_status, held, normal, states)
+                               state, stress_status, held, normal, thickness, offset, growth, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -184,6 +193,7 @@ contains
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
       type(law_states_t), intent(in), optional :: states !< those at the end are not looked at
+      real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(block_t) :: block
       type(environment_t) :: environment
       type(recovered_t) :: r
@@ -206,6 +216,7 @@ contains
       call hold(environment)
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, rotation, convention, block, direction, state, held, normal=normal)
+         call gather_own(section, first, n, block%own, thickness, offset, growth)
          input = status_ok
          call check_input(block, present(direction), input, changed)
          if (present(states)) call new_point_states(states, first, n, remembered)

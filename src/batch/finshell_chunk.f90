@@ -9,6 +9,7 @@ module finshell_chunk
    use finshell_kinds, only: wp, i4, lanes
    use finshell_law_states, only: law_states_t
    use finshell_point_states, only: judge_states, new_point_states, point_states_t
+   use finshell_own, only: gather_own, n_growth
    use finshell_section, only: section_t
    use finshell_status, only: status_ok
    implicit none
@@ -22,7 +23,7 @@ contains
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state, resultants, toward, held, normal, states)
+                             state, resultants, toward, held, normal, thickness, offset, growth, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -32,6 +33,7 @@ contains
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
       type(law_states_t), intent(in), optional :: states
+      real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(block_t) :: block
       type(point_states_t) :: remembered
       type(stress_t) :: stress
@@ -42,6 +44,7 @@ contains
 
       used = min(lanes, n - first)
       call gather(first, n, x, u, rotation, convention, block, direction, state, held, toward, normal)
+      call gather_own(section, first, n, block%own, thickness, offset, growth)
       if (present(resultants)) call gather_stress(first, n, resultants, stress)
       if (present(states)) call new_point_states(states, first, n, remembered)
       do
@@ -54,8 +57,8 @@ contains
          call check_input(block, present(direction), found, changed)
          if (.not. changed) exit
       end do
-      status(first + 1:first + used) = found(1:used)
       if (associated(remembered%all%begin)) call judge_states(remembered, found)
+      status(first + 1:first + used) = found(1:used)
       do l = 1, used
          if (found(l) == status_ok) cycle
          eb(l) = 0

@@ -77,7 +77,7 @@ contains
 
       made%name = description%name
       made%kind = description%kind
-      made%isotropic = description%isotropic
+      made%isotropic = description%isotropic .and. description%states == 0 ! states have components along the law's axes
       made%states = description%states
       made%evaluate => description%evaluate
       made%stretch => description%stretch

@@ -117,6 +117,10 @@ contains
          exit
       end do
       if (allocated(error)) return
+      do i = 1, size(plies)
+         if (section%membrane .and. plies(i)%law%states > 0) call raise(error, status_invalid_argument, &
+            'a membrane takes no law with states, as '''//trim(plies(i)%law%name)//''' is: take a shell')
+      end do
       if (present(beta0)) then
          if (.not. (beta0 > 0 .and. beta0 < huge(1.0_wp))) call raise(error, status_invalid_argument, &
             'beta0 is '//text_of(real(beta0, dp))//', expected a positive number')
