@@ -322,7 +322,7 @@ typedef void finshell_stretch_function(const finshell_points *points, const doub
 /* A law, said by the caller or by a shared library. Set all to zero first ({0}), then size. Sections copy what they need, but not
  * what `data` points to; name and parameters are not looked at after the call. */
 typedef struct finshell_law {
-   int64_t size;     /* sizeof(finshell_law) */
+   uint64_t size;    /* sizeof(finshell_law) */
    const char *name; /* at most 31 characters; stands in messages */
    int32_t kind;     /* FINSHELL_LAW_... */
    int32_t isotropic;                       /* 1: it does not depend on the direction of axes 1 and 2; saves time */
@@ -421,7 +421,8 @@ typedef struct finshell_elements {
       iteration can be repeated, and the end becomes the next beginning when the caller says so. */
    const double *states_begin; /* [n][finshell_section_states] at the beginning of the step; needed then */
    double *states_end;         /* the same at its end, by finshell_elements_evaluate; NULL: not wanted. Not states_begin */
-   double time, time_step;     /* at the end of the step; since its beginning, >= 0 */
+   double time;                /* at the end of the step */
+   double time_step;           /* since its beginning, >= 0 */
 } finshell_elements;
 
 /* Energy, force and tangent of n elements of one section.
