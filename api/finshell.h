@@ -276,6 +276,101 @@ FINSHELL_API int32_t finshell_section_parameter(const finshell_section *section,
  * Errors: -1; 2 a law has no tangent at rest, or a number overflows. Since 0.1. */
 FINSHELL_API int32_t finshell_section_stiffness(const finshell_section *section, double *stiffness, finshell_status *status);
 
+/* ------------------------------------------------------------------ laws of your own
+ *
+ * A law is a function that is asked for many points at once. It says the energy W per reference volume, the second Piola-Kirchhoff
+ * stress and its tangent, as functions of Green-Lagrange strain in its own axes 1, 2 (3 is the normal). A guide with complete laws:
+ * doc/user_laws.md. What it must keep, and finshell_law_check looks at most of it:
+ *   - It depends on its arguments alone, and is called from several threads at once. It keeps nothing, and allocates nothing if
+ *     it is to be fast. It does not change the floating-point environment; traps are masked and flags forgotten when it returns.
+ *   - A point that it cannot evaluate gets a code, FINSHELL_MATERIAL_LIMIT; the element is refused then, the others are not. What a
+ *     number that is not finite belongs to is refused, too. Any strain may come, also one that turns the area inside out, or NaN.
+ *   - A point has the same results wherever it stands among the others. */
+
+/* What a law is a function of. Components in this order; a symmetric tangent has its diagonal first, then the rows above it. */
+enum {
+   FINSHELL_LAW_PLANE = 1,         /* plane stress: E11, E22, 2 E12; tangent 11, 22, 33, 12, 13, 23 of these three */
+   FINSHELL_LAW_SOLID = 2,         /* in space: E11, E22, E33, 2 E12; tangent 11, 22, 33, 44, 12, 13, 14, 23, 24, 34 of these four.
+                                      The library finds E33 so that S33 = 0 (by a local Newton iteration) and condenses. The plane
+                                      has to be one of symmetry of the material. */
+   FINSHELL_LAW_INCOMPRESSIBLE = 3 /* as before, and E33 follows from det C = 1 */
+};
+
+/* What a law is asked. */
+typedef struct finshell_points {
+   int32_t n;        /* points, a multiple of 8 */
+   int32_t level;    /* 0: energy; 1: stress, too; 2: tangent, too. What is not asked for may be set or not. */
+   double time;      /* at the end of the step; 0 unless the caller says it */
+   double time_step; /* since its beginning; 0: at once */
+   void *data;       /* of finshell_law */
+} finshell_points;
+
+/* A law. Arrays [component][n], so that loops over the points run along memory:
+ *   parameters [parameters]               their values, in the order of the law
+ *   strain [3 or 4][n]
+ *   energy [n]; stress [3 or 4][n]; tangent [6 or 10][n]
+ *   begin, end [states][n]                states; `end` is to be set at any level
+ *   codes [n]                             0 on entry */
+typedef void finshell_law_function(const finshell_points *points, const double *parameters, const double *strain, double *energy,
+                                   double *stress, double *tangent, const double *begin, double *end, int32_t *codes);
+
+/* The thickness stretch of a law in the plane: stretch [n], its derivatives with respect to the strain, first [3][n] and second
+ * [6][n]. Of laws with states it is that of a step of no time from the state zero. */
+typedef void finshell_stretch_function(const finshell_points *points, const double *parameters, const double *strain, double *stretch,
+                                       double *first, double *second, int32_t *codes);
+
+/* A law, said by the caller or by a shared library. Set all to zero first ({0}), then size. Sections copy what they need, but not
+ * what `data` points to; name and parameters are not looked at after the call. */
+typedef struct finshell_law {
+   uint64_t size;    /* sizeof(finshell_law) */
+   const char *name; /* at most 31 characters; stands in messages */
+   int32_t kind;     /* FINSHELL_LAW_... */
+   int32_t isotropic;                       /* 1: it does not depend on the direction of axes 1 and 2; saves time */
+   int32_t states;                          /* state variables of a point, 0 to 1000: zero where nothing has been yet */
+   int32_t parameters;                      /* number of parameters */
+   const finshell_parameter *parameter;     /* [parameters], NULL when there are none */
+   finshell_law_function *evaluate;
+   finshell_stretch_function *stretch;      /* of laws in the plane; NULL: incompressible. Of others NULL */
+   void *data;                              /* handed through to the functions */
+} finshell_law;
+
+/* The law of the layer that was added last is one of the caller's; its parameters as in finshell_builder_law. What `data` points to
+ * has to stay as long as sections of the builder are used. Errors: -1 no builder, no layer, or what is wrong with the law, which
+ * has to be there at rest: without a code, with a stiffness. Since 0.1. */
+FINSHELL_API int32_t finshell_builder_own_law(finshell_section_builder *builder, const finshell_law *law, int32_t parameters,
+                                 const char *const *names, const double *values, finshell_status *status);
+
+/* State variables of an element of a section: how many numbers of `states_begin` and `states_end` (finshell_elements) belong to
+ * each element; 0: its laws have none. Layer by layer, bottom to top; of a layer its three in-plane points in turn; of these the
+ * points through the thickness, bottom to top; of these the variables of the law. Errors: -1. Since 0.1. */
+FINSHELL_API int32_t finshell_section_states(const finshell_section *section, finshell_status *status);
+
+/* Where the states of a layer (from 0) stand: variable v at point p of in-plane point g is number
+ * first + (g points + p) variables + v of the element. Each may be NULL. Errors: -1 no section, no such layer. Since 0.1. */
+FINSHELL_API int32_t finshell_section_layer_states(const finshell_section *section, int32_t layer, int32_t *first, int32_t *points,
+                                      int32_t *variables, finshell_status *status);
+
+/* One thing that finshell_law_check looked at. */
+typedef struct finshell_law_finding {
+   char name[24];
+   char meaning[112];
+   double found; /* of stresses in parts of the stiffness at rest; may be NaN */
+   double allowed;
+   int32_t passed; /* 1 or 0 */
+   int32_t padding;
+} finshell_law_finding;
+
+#define FINSHELL_LAW_FINDINGS 12
+
+/* Look at a law from outside: derivatives against differences, symmetry, rotation, small strains, levels, refusal of the impossible.
+ *   law                             the law; NULL: `material` says which
+ *   material                        name of a law of the library's, or "plugin:LIBRARY#NAME"; not looked at when there is a law
+ *   parameters, names, values       as in finshell_section_create
+ *   finding [FINSHELL_LAW_FINDINGS] what was found
+ * `failed` of the status is the number of findings that did not pass. Returns 0 when all did, else 2. Errors: -1. Since 0.1. */
+FINSHELL_API int32_t finshell_law_check(const finshell_law *law, const char *material, int32_t parameters, const char *const *names,
+                           const double *values, finshell_law_finding *finding, finshell_status *status);
+
 /* ------------------------------------------------------------------ elements */
 
 /* What a call is about: n elements of one section, their motion, and what is known of them. Set all to zero first ({0}), then
@@ -322,6 +417,12 @@ typedef struct finshell_elements {
                                of a sheet that has been stretched by g before it was built in, g being replaced by 1/g. Law, strains and
                                stretches count from there, thickness stretch and resultants from the reference. All layers of a membrane
                                grow the same. */
+   /* Of sections whose laws have states, else not looked at. Both belong to the caller: nothing is kept between calls, so that an
+      iteration can be repeated, and the end becomes the next beginning when the caller says so. */
+   const double *states_begin; /* [n][finshell_section_states] at the beginning of the step; needed then */
+   double *states_end;         /* the same at its end, by finshell_elements_evaluate; NULL: not wanted. Not states_begin */
+   double time;                /* at the end of the step */
+   double time_step;           /* since its beginning, >= 0 */
 } finshell_elements;
 
 /* Energy, force and tangent of n elements of one section.

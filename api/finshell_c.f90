@@ -4,9 +4,9 @@
 !> shapes of the header in the opposite order, first index fastest: X [n][3][3] is x(3, 3, n). Texts end with c_null_char.
 !> A program that is compiled by the compiler of the library takes the module finshell instead.
 module finshell_c
-   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int32_t, c_int64_t, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int32_t, c_int64_t, c_null_funptr, c_null_ptr, c_ptr
    implicit none
-   private :: c_char, c_double, c_int32_t, c_int64_t, c_null_ptr, c_ptr
+   private :: c_char, c_double, c_funptr, c_int32_t, c_int64_t, c_null_funptr, c_null_ptr, c_ptr
    public
 
    integer(c_int32_t), parameter :: finshell_ok = 0
@@ -29,6 +29,10 @@ module finshell_c
    integer(c_int32_t), parameter :: finshell_sheet_taut = 2
    integer(c_int32_t), parameter :: finshell_whole = 0
    integer(c_int32_t), parameter :: finshell_upper = 1
+   integer(c_int32_t), parameter :: finshell_law_plane = 1
+   integer(c_int32_t), parameter :: finshell_law_solid = 2
+   integer(c_int32_t), parameter :: finshell_law_incompressible = 3
+   integer(c_int32_t), parameter :: finshell_law_findings = 12 !< of finshell_law_check
    integer(c_int32_t), parameter :: finshell_abi_number = 2 !< what finshell_abi must return
 
    type, bind(c) :: finshell_status
@@ -90,6 +94,10 @@ module finshell_c
       type(c_ptr) :: thickness = c_null_ptr
       type(c_ptr) :: offset = c_null_ptr
       type(c_ptr) :: growth = c_null_ptr
+      type(c_ptr) :: states_begin = c_null_ptr
+      type(c_ptr) :: states_end = c_null_ptr
+      real(c_double) :: time = 0
+      real(c_double) :: time_step = 0
    end type finshell_elements
 
    type, bind(c) :: finshell_mesh
@@ -107,6 +115,36 @@ module finshell_c
       type(c_ptr) :: starts = c_null_ptr
       type(c_ptr) :: columns = c_null_ptr
    end type finshell_mesh
+
+   type, bind(c) :: finshell_points
+      integer(c_int32_t) :: n
+      integer(c_int32_t) :: level
+      real(c_double) :: time
+      real(c_double) :: time_step
+      type(c_ptr) :: data
+   end type finshell_points
+
+   type, bind(c) :: finshell_law
+      integer(c_int64_t) :: size = 0 !< c_sizeof of this
+      type(c_ptr) :: name = c_null_ptr
+      integer(c_int32_t) :: kind = 0
+      integer(c_int32_t) :: isotropic = 0
+      integer(c_int32_t) :: states = 0
+      integer(c_int32_t) :: parameters = 0
+      type(c_ptr) :: parameter = c_null_ptr
+      type(c_funptr) :: evaluate = c_null_funptr !< c_funloc of a procedure with bind(c)
+      type(c_funptr) :: stretch = c_null_funptr
+      type(c_ptr) :: data = c_null_ptr
+   end type finshell_law
+
+   type, bind(c) :: finshell_law_finding
+      character(kind=c_char) :: name(24)
+      character(kind=c_char) :: meaning(112)
+      real(c_double) :: found
+      real(c_double) :: allowed
+      integer(c_int32_t) :: passed
+      integer(c_int32_t) :: padding
+   end type finshell_law_finding
 
    type, bind(c) :: finshell_field_entry
       character(kind=c_char) :: name(32)
@@ -222,6 +260,47 @@ module finshell_c
          type(finshell_status), intent(out), optional :: status
          integer(c_int32_t) :: code
       end function finshell_builder_law
+
+      function finshell_builder_own_law(builder, law, parameters, names, values, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_law, finshell_status
+         type(c_ptr), value :: builder
+         type(finshell_law), intent(in), optional :: law
+         integer(c_int32_t), value :: parameters
+         type(c_ptr), intent(in), optional :: names(*)
+         real(c_double), intent(in), optional :: values(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_builder_own_law
+
+      function finshell_section_states(section, status) result(number) bind(c)
+         import :: c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: section
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: number
+      end function finshell_section_states
+
+      function finshell_section_layer_states(section, layer, first, points, variables, status) result(code) bind(c)
+         import :: c_int32_t, c_ptr, finshell_status
+         type(c_ptr), value :: section
+         integer(c_int32_t), value :: layer
+         integer(c_int32_t), intent(out), optional :: first(*)
+         integer(c_int32_t), intent(out), optional :: points(*)
+         integer(c_int32_t), intent(out), optional :: variables(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_section_layer_states
+
+      function finshell_law_check(law, material, parameters, names, values, finding, status) result(code) bind(c)
+         import :: c_char, c_double, c_int32_t, c_ptr, finshell_law, finshell_law_finding, finshell_status
+         type(finshell_law), intent(in), optional :: law
+         character(kind=c_char), intent(in) :: material(*)
+         integer(c_int32_t), value :: parameters
+         type(c_ptr), intent(in), optional :: names(*)
+         real(c_double), intent(in), optional :: values(*)
+         type(finshell_law_finding), intent(out), optional :: finding(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_law_check
 
       function finshell_builder_option(builder, name, value, status) result(code) bind(c)
          import :: c_char, c_double, c_int32_t, c_ptr, finshell_status

@@ -7,8 +7,9 @@ module finshell_capi_element
    use finshell_batch, only: evaluate_elements, recover_elements
    use finshell_capi_common, only: c_status_t, check_batch, judge, refuse, refuse_memory
    use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, &
-      receive_own, receive_section, whole_block
+      receive_own, receive_section, receive_states, whole_block
    use finshell_environment, only: environment_t, hold, release
+   use finshell_law_states, only: law_states_t
    use finshell_mass, only: mass_elements, mass_membranes
    use finshell_membrane_batch, only: evaluate_membranes, recover_membranes
    use finshell_section, only: section_t
@@ -91,6 +92,7 @@ contains
       integer(c_int32_t) :: code
       type(section_t), pointer :: s
       type(c_elements_t) :: block
+      type(law_states_t) :: states
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
       real(c_double), pointer, contiguous :: thickness(:), offset(:), growth(:, :, :)
@@ -106,6 +108,7 @@ contains
       if (code /= status_ok) return
       block = as_seen_by(s, given)
       code = receive(place, block, freedoms_of(s), x, u, r, state, direction, normal, toward, held, status)
+      if (code == status_ok) code = receive_states(place, s, block, states, status)
       if (code /= status_ok .or. block%n == 0) return
       call receive_own(block, s, thickness, offset, growth)
       if (present(codes)) then
@@ -131,7 +134,8 @@ contains
                                  thickness=thickness, growth=growth)
       else
          call evaluate_elements(s, block%n, x, u, r, block%convention, found, energy, force, tangent, direction, team, state, &
-                                toward=toward, held=held, normal=normal, thickness=thickness, offset=offset, growth=growth)
+                                toward=toward, held=held, normal=normal, thickness=thickness, offset=offset, growth=growth, &
+                                states=states)
       end if
       code = conclude(place, block, found, status)
    end function evaluate_given
@@ -147,6 +151,7 @@ contains
       integer(c_int32_t) :: code
       type(section_t), pointer :: s
       type(c_elements_t) :: block
+      type(law_states_t) :: states
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
       real(c_double), pointer, contiguous :: thickness(:), offset(:), growth(:, :, :)
@@ -158,6 +163,7 @@ contains
       if (code /= status_ok) return
       block = as_seen_by(s, given)
       code = receive(place, block, freedoms_of(s), x, u, r, state, direction, normal, toward, held, status)
+      if (code == status_ok) code = receive_states(place, s, block, states, status)
       if (code /= status_ok .or. block%n == 0) return
       call receive_own(block, s, thickness, offset, growth)
       allocate (found(block%n), stat=memory)
@@ -171,7 +177,7 @@ contains
          if (present(moment)) moment = 0
       else
          call recover_elements(s, block%n, x, u, r, block%convention, found, stretch, membrane_force, moment, stress, direction, &
-                               state, held=held, normal=normal, thickness=thickness, offset=offset, growth=growth)
+                               state, held=held, normal=normal, thickness=thickness, offset=offset, growth=growth, states=states)
       end if
       if (present(codes)) codes = found
       code = conclude(place, block, found, status)

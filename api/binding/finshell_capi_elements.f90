@@ -12,12 +12,13 @@ module finshell_capi_elements
    use finshell_environment, only: environment_t, hold, release
    use finshell_freedoms, only: n_membrane, n_shell
    use finshell_rotation, only: cross_product
-   use finshell_section, only: section_t
+   use finshell_law_states, only: law_states_t
+   use finshell_section, only: section_t, states_of
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private
-   public :: c_elements_t, read_block, receive, receive_own, receive_section, conclude, complaint, whole_block, freedoms_of, &
-      as_seen_by, memcpy
+   public :: c_elements_t, read_block, receive, receive_own, receive_states, receive_section, conclude, complaint, whole_block, &
+      freedoms_of, as_seen_by, memcpy
 
    !> finshell_elements of the header. What a shorter block does not hold is zero.
    type, bind(c) :: c_elements_t
@@ -37,9 +38,13 @@ module finshell_capi_elements
       type(c_ptr) :: thickness = c_null_ptr
       type(c_ptr) :: offset = c_null_ptr
       type(c_ptr) :: growth = c_null_ptr
+      type(c_ptr) :: states_begin = c_null_ptr
+      type(c_ptr) :: states_end = c_null_ptr
+      real(c_double) :: time = 0
+      real(c_double) :: time_step = 0
    end type c_elements_t
 
-   integer, parameter :: optional_members = 8 !< pointers behind `rotations`, the last that is required
+   integer, parameter :: optional_members = 12 !< behind `rotations`, the last that is required
    integer(c_int64_t), parameter :: no_size = 4096 !< whatever is larger was not set
 
    interface
@@ -188,6 +193,33 @@ contains
       held = merge(side_fixed, merge(side_straight, side_free, sides /= 0), sides == side_fixed)
    end function receive
 
+   !> The states of the laws of a section, null where they have none. Sets `status` to done.
+   function receive_states(place, section, block, states, status) result(code)
+      character(len=*), intent(in) :: place
+      type(section_t), intent(in) :: section
+      type(c_elements_t), intent(in) :: block
+      type(law_states_t), intent(out) :: states
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      integer :: number
+      code = accept(status)
+      number = states_of(section)
+      if (number == 0 .or. block%n == 0) return
+      if (.not. c_associated(block%states_begin)) then
+         code = refuse(status, place, 'states_begin is NULL, and the laws of the section have # state variables an element', number)
+      else if (c_associated(block%states_begin, block%states_end)) then
+         code = refuse(status, place, 'states_end is states_begin, expected another array')
+      else if (.not. (block%time_step >= 0 .and. block%time_step <= huge(1.0_c_double))) then
+         code = refuse(status, place, 'time_step is no number >= 0')
+      else if (.not. abs(block%time) <= huge(1.0_c_double)) then
+         code = refuse(status, place, 'time is no finite number')
+      end if
+      if (code /= status_ok) return
+      states%time = block%time
+      states%step = block%time_step
+      call c_f_pointer(block%states_begin, states%begin, [number, int(block%n)])
+      if (c_associated(block%states_end)) call c_f_pointer(block%states_end, states%end, [number, int(block%n)])
+   end function receive_states
    !> Point to what elements have of their own in a block that `receive` has found sound; what it does not hold is not associated.
    subroutine receive_own(block, section, thickness, offset, growth)
       type(c_elements_t), intent(in) :: block

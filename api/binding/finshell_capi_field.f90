@@ -3,10 +3,11 @@ module finshell_capi_field
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int32_t, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, store_text, text_from
    use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, receive_own, &
-      receive_section
+      receive_section, receive_states
    use finshell_environment, only: environment_t, hold, release
    use finshell_field_batch, only: element_field_t, element_fields, find_element_field, field_value, field_places, recover_fields, &
       n_element_fields
+   use finshell_law_states, only: law_states_t
    use finshell_section, only: section_t
    use finshell_status, only: status_no_value, status_ok
    implicit none
@@ -65,6 +66,7 @@ contains
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_recover_field'
       type(c_elements_t) :: block
+      type(law_states_t) :: states
       type(section_t), pointer :: s
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
@@ -92,6 +94,7 @@ contains
       if (code /= status_ok) return
       block = as_seen_by(s, block)
       code = receive(place, block, freedoms_of(s), x, u, r, state, direction, normal, toward, held, status)
+      if (code == status_ok) code = receive_states(place, s, block, states, status)
       if (code /= status_ok .or. block%n == 0) return
       call receive_own(block, s, thickness, offset, growth)
       if (s%membrane) r => u ! not looked at, but something
@@ -107,7 +110,7 @@ contains
             return
          end if
          call recover_fields(s, n, x, u, r, block%convention, [entry], size(s%layers), raw, found, frame, direction, state, held, &
-                             normal, thickness, offset, growth)
+                             normal, thickness, offset, growth, states)
          call hold(environment)
          do e = 1, n
             worst(e) = maxval(found(:, e), mask=found(:, e) /= status_no_value)

@@ -14,7 +14,7 @@ module finshell_capi_recipe
    use finshell_status, only: status_invalid_argument
    implicit none
    private
-   public :: recipe_t, start, add_layer, set_law, law_by_name, set_option, layer_option, read_pairs, make_section
+   public :: recipe_t, start, add_layer, set_law, law_by_name, write_card, set_option, layer_option, read_pairs, make_section
 
    !> A section to be, after `start`. Layers from the bottom.
    type :: recipe_t
@@ -100,7 +100,6 @@ contains
       real(c_double), pointer :: numbers(:)
       type(parameter_t), allocatable :: known(:)
       type(error_t), allocatable :: refusal
-      integer :: i
 
       if (.not. c_associated(material)) then
          call raise(error, status_invalid_argument, 'the name of the material law is NULL')
@@ -113,15 +112,26 @@ contains
          call move_alloc(refusal, error)
          return
       end if
-      known = material_parameters(law%name)
+      known = material_parameters(text_from(material))
+      call write_card(card, law, known, list, numbers)
+   end subroutine law_by_name
+
+   !> What is told of a law that was made of these names and values.
+   subroutine write_card(card, law, known, names, values)
+      type(card_t), intent(inout) :: card
+      class(material_t), intent(in) :: law
+      type(parameter_t), intent(in) :: known(:) !< its parameters
+      character(len=*), intent(in) :: names(:)
+      real(c_double), intent(in) :: values(:)
+      integer :: i
       card%law = law%name
       allocate (card%names(size(known)), card%values(size(known)))
       card%names = known%name
       card%values = known%default
-      do i = 1, size(list)
-         where (card%names == lower(list(i))) card%values = numbers(i)
+      do i = 1, size(names)
+         where (card%names == lower(names(i))) card%values = values(i)
       end do
-   end subroutine law_by_name
+   end subroutine write_card
 
    !> An option of the section. `more`: others that the caller knows.
    subroutine set_option(recipe, name, value, more, error)

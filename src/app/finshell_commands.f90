@@ -36,6 +36,8 @@ module finshell_commands
       command_t('study', 'INPUT.nml', 'nml', 'solve on coarser and finer meshes: errors, costs, and which to take'), &
       command_t('mesh', 'INPUT.nml', 'nml', &
                 'size, quality and sets of the mesh, and the mesh as NAME.msh for Gmsh, or as --format says'), &
+      command_t('check-law', 'LAW [NAME=VALUE ...]', '', &
+                'look at a material law, also one of a shared library (LIBRARY#LAW): derivatives, symmetry, limits'), &
       command_t('convert', 'DECK.inp', 'inp', &
                 'a deck of Abaqus or CalculiX as DECK.nml; says what it does not take'), &
       command_t('restart', 'RESULTS [INPUT.nml]', 'results', &

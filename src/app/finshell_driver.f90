@@ -10,6 +10,7 @@ module finshell_driver
    use finshell_blas_threads, only: to_openmp
    use finshell_checkpoint, only: restore
    use finshell_convert, only: convert
+   use finshell_law_report, only: report_law
    use finshell_check_report, only: print_check
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, raise, text_of
@@ -47,7 +48,8 @@ module finshell_driver
    public :: main
 
    !> Commands that are no work to share.
-   character(len=10), parameter :: for_one(*) = [character(len=10) :: 'mesh', 'convert', 'info', 'history', 'completion', 'man']
+   character(len=10), parameter :: for_one(*) = [character(len=10) :: 'mesh', 'check-law', 'convert', 'info', 'history', &
+                                                        'completion', 'man']
 
 contains
 
@@ -79,6 +81,7 @@ contains
       case ('check'); call run(options, .false., code)
       case ('study'); call study(options, code)
       case ('convert'); call convert(options, code)
+      case ('check-law'); call report_law(options, code)
       case ('mesh'); call report_mesh(options, code)
       case ('restart'); call run(options, .true., code)
       case ('info'); call show_info(options, code)

@@ -167,6 +167,9 @@ contains
                //words(2)%text//"'"
             if (n > 0 .and. n /= 3 .and. options%plot) complaint = '--plot needs two columns: one along, one upwards; found ' &
                //text_of(n - 1)
+         case ('check-law')
+            if (n == 0) complaint = 'the command check-law needs the name of a law: of the program, or LIBRARY#LAW'
+            if (n > 0) options%input = words(1)%text
          case ('completion')
             if (n /= 1) complaint = 'the command completion needs the name of a shell: bash, zsh or fish'
             if (n == 1) options%input = words(1)%text

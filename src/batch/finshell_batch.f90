@@ -15,6 +15,8 @@ module finshell_batch
    use finshell_element_fields, only: surface_stress
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_recovered, only: recovered_t
+   use finshell_law_states, only: law_states_t
+   use finshell_point_states, only: new_point_states, point_states_t
    use finshell_own, only: gather_own, n_growth
    use finshell_reference, only: side_free, side_straight, side_fixed
    use finshell_section, only: section_t
@@ -37,7 +39,7 @@ contains
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
    subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
-                                state, resultants, toward, held, normal, thickness, offset, growth)
+                                state, resultants, toward, held, normal, thickness, offset, growth, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -62,6 +64,8 @@ contains
       !> Normals of the surface at the nodes of each element (component, node, element), of any length: the reference is curved. In
       !> (S) only; absent: flat facets.
       real(wp), intent(in), optional :: normal(3, 3, n)
+      !> Of laws that have states (finshell_law_states); absent: none has been strained before, and the step has no time.
+      type(law_states_t), intent(in), optional :: states
       !> Of the elements' own instead of the section's: thickness of the whole section, in which all layers share, and height of its
       !> middle above the surface of the nodes.
       real(wp), intent(in), optional :: thickness(n), offset(n)
@@ -90,14 +94,14 @@ contains
       if (n == 1 .and. narrow) then
          call hold(environment)
          call evaluate_single(section, level, 0, n, x, u, rotation, convention, status, energy, force, tangent, direction, state, &
-                              resultants, toward, held, normal, thickness, offset, growth)
+                              resultants, toward, held, normal, thickness, offset, growth, states)
          quiet = all_quiet()
          call release(environment)
       else if (team == 1 .or. blocks == 1) then
          call hold(environment)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, toward, held, normal, thickness, offset, growth)
+                                direction, state, resultants, toward, held, normal, thickness, offset, growth, states)
          end do
          quiet = all_quiet()
          call release(environment)
@@ -107,7 +111,7 @@ contains
 !$omp do schedule(static)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, toward, held, normal, thickness, offset, growth)
+                                direction, state, resultants, toward, held, normal, thickness, offset, growth, states)
          end do
 !$omp end do
          quiet = all_quiet()
@@ -174,7 +178,7 @@ contains
    !> to the element), carried along by the element's rotation. Stresses are evaluated only if they are asked for: a law may end at
    !> the surfaces and not before. What fails is 0.
    subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
-                               state, stress_status, held, normal, thickness, offset, growth)
+                               state, stress_status, held, normal, thickness, offset, growth, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -188,10 +192,12 @@ contains
       integer(i4), intent(out), optional :: stress_status(3, n)
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
+      type(law_states_t), intent(in), optional :: states !< those at the end are not looked at
       real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(block_t) :: block
       type(environment_t) :: environment
       type(recovered_t) :: r
+      type(point_states_t) :: remembered
       real(wp) :: sigma(lanes, 3, 3)
       integer(i4) :: surface(lanes, 3)
       integer(i4) :: found(lanes), input(lanes)
@@ -213,7 +219,9 @@ contains
          call gather_own(section, first, n, block%own, thickness, offset, growth)
          input = status_ok
          call check_input(block, present(direction), input, changed)
-         call recover_block(section, block, r, found)
+         if (present(states)) call new_point_states(states, first, n, remembered)
+         nullify (remembered%all%end)
+         call recover_block(section, block, r, found, remembered)
          if (present(stress)) surface = spread(found, 2, 3)
          where (found == status_ok .and. .not. vanishing(reshape(r%force, [3*lanes])) + vanishing(reshape(r%moment, [3*lanes])) &
                 + 0*r%stretch <= 0) found = status_material_limit

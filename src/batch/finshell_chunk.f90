@@ -7,6 +7,8 @@ module finshell_chunk
    use finshell_evaluation, only: level_tangent
    use finshell_freedoms, only: n_shell
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_law_states, only: law_states_t
+   use finshell_point_states, only: judge_states, new_point_states, point_states_t
    use finshell_own, only: gather_own, n_growth
    use finshell_section, only: section_t
    use finshell_status, only: status_ok
@@ -21,7 +23,7 @@ contains
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state, resultants, toward, held, normal, thickness, offset, growth)
+                             state, resultants, toward, held, normal, thickness, offset, growth, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -30,8 +32,10 @@ contains
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), toward(n_shell, n)
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
+      type(law_states_t), intent(in), optional :: states
       real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(block_t) :: block
+      type(point_states_t) :: remembered
       type(stress_t) :: stress
       real(wp) :: eb(lanes), fb(lanes, n_shell), kb(lanes, n_shell, n_shell)
       integer(i4) :: found(lanes)
@@ -42,16 +46,18 @@ contains
       call gather(first, n, x, u, rotation, convention, block, direction, state, held, toward, normal)
       call gather_own(section, first, n, block%own, thickness, offset, growth)
       if (present(resultants)) call gather_stress(first, n, resultants, stress)
+      if (present(states)) call new_point_states(states, first, n, remembered)
       do
          if (present(resultants)) then
-            call evaluate_block(section, level, block, eb, fb, kb, found, stress)
+            call evaluate_block(section, level, block, eb, fb, kb, found, stress, remembered)
          else
-            call evaluate_block(section, level, block, eb, fb, kb, found)
+            call evaluate_block(section, level, block, eb, fb, kb, found, states=remembered)
          end if
          ! only now: what was gathered one by one can be read in lanes after a while
          call check_input(block, present(direction), found, changed)
          if (.not. changed) exit
       end do
+      if (associated(remembered%all%begin)) call judge_states(remembered, found)
       status(first + 1:first + used) = found(1:used)
       do l = 1, used
          if (found(l) == status_ok) cycle

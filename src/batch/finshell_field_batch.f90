@@ -7,8 +7,10 @@ module finshell_field_batch
    use finshell_element_fields, only: element_fields, find_element_field, n_element_fields
    use finshell_environment, only: environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_law_states, only: law_states_t
    use finshell_membrane, only: membrane_t, recover_membrane
    use finshell_membrane_chunk, only: check_membranes, gather_membranes
+   use finshell_point_states, only: new_point_states, point_states_t
    use finshell_own, only: gather_own, n_growth
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
@@ -27,7 +29,7 @@ contains
    !> is 0 and has a status: that of the element or, as a law may end at the surfaces and not before, its own; status_no_value where
    !> there is none to be expected, as in layers that the section has not.
    subroutine recover_fields(section, n, x, u, rotation, convention, fields, layers, raw, status, frame, direction, state, held, &
-                             normal, thickness, offset, growth)
+                             normal, thickness, offset, growth, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -40,12 +42,14 @@ contains
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
+      type(law_states_t), intent(in), optional :: states !< as in recover_elements
       real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(element_field_t) :: table(n_element_fields)
       type(block_t) :: block
       type(membrane_t) :: membrane
       type(environment_t) :: environment
       type(recovered_t) :: r
+      type(point_states_t) :: remembered
       real(wp) :: values(lanes, most_components)
       integer(i4) :: found(lanes), input(lanes), here(lanes)
       integer :: first, f, l, p, place, row, used
@@ -71,7 +75,9 @@ contains
             call gather(first, n, x, u, rotation, convention, block, direction, state, held, normal=normal)
             call gather_own(section, first, n, block%own, thickness, offset, growth)
             call check_input(block, present(direction), input, changed)
-            call recover_block(section, block, r, found)
+            if (present(states)) call new_point_states(states, first, n, remembered)
+            nullify (remembered%all%end)
+            call recover_block(section, block, r, found, remembered)
          end if
          where (input /= status_ok) found = input
          row = 0

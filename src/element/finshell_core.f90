@@ -18,6 +18,7 @@ module finshell_core
    use finshell_growth, only: free_over_reference
    use finshell_kink, only: kink_t, new_kink
    use finshell_evaluation, only: level_force, level_tangent
+   use finshell_point_states, only: point_states_t
    use finshell_own, only: own_t
    use finshell_reference, only: reference_t, drilling_weight, higher_order_strain
    use finshell_resultants, only: resultants_t, switches_t, integrate, midsurface_thickness, points_per_block
@@ -57,7 +58,7 @@ contains
    !> these resultants instead of its own. With `variation` of the core variables, the resultants linearised at this state are
    !> returned as `predicted`, and no Hessian; both need level_tangent, as does a directed `heading`.
    pure subroutine evaluate_core(section, own, level, ref, curved, filter, axes, heading, core, status, stress, variation, &
-                                 predicted, recovers)
+                                 predicted, recovers, states)
       type(section_t), intent(in) :: section
       type(own_t), intent(in) :: own
       integer, intent(in) :: level
@@ -72,6 +73,7 @@ contains
       real(wp), intent(in), optional :: variation(lanes, n_core)
       type(stress_t), intent(out), optional :: predicted
       logical, intent(in), optional :: recovers !< strains and resultants are all that is wanted
+      type(point_states_t), intent(inout), optional :: states !< of laws with states
       type(switches_t) :: switches
       type(bending_t) :: bend
       type(drilling_t) :: drill
@@ -158,9 +160,10 @@ contains
       if (kink%any .and. own%grown) then
          call reference_curvature(curved, bend_there)
          call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, switches, own, &
-                        bend_there)
+                        bend_there, states)
       else
-         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, switches, own)
+         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, switches, own, &
+                        states=states)
       end if
       if (kink%any) then
          core%force = core%resultants%n

@@ -13,6 +13,7 @@ module finshell_element
    use finshell_lift, only: lift, core_variation
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_material_direction, only: material_direction
+   use finshell_point_states, only: point_states_t
    use finshell_own, only: own_t
    use finshell_reference, only: reference_t, new_reference, hold_sides
    use finshell_recovered, only: recovered_t
@@ -51,7 +52,7 @@ module finshell_element
 contains
 
    !> Energy, force and tangent of a block of elements.
-   pure subroutine evaluate_block(section, level, block, energy, force, tangent, status, stress)
+   pure subroutine evaluate_block(section, level, block, energy, force, tangent, status, stress, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       type(block_t), intent(in) :: block
@@ -59,6 +60,7 @@ contains
       real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle
       integer(i4), intent(out) :: status(lanes)
       type(stress_t), intent(in), optional :: stress !< resultants for the geometric part of the tangent
+      type(point_states_t), intent(inout), optional :: states !< of laws with states
       type(reference_t) :: ref
       type(curved_t) :: curved
       type(filter_t) :: filter
@@ -71,7 +73,8 @@ contains
       axes(:, 1) = 1
       axes(:, 2) = 0
       if (.not. section%isotropic .or. block%own%grown) call material_direction(ref%frame, block%direction, axes, status)
-      call evaluate_core(section, block%own, level, ref, curved, filter, axes, heading, core, status, stress)
+      call evaluate_core(section, block%own, level, ref, curved, filter, axes, heading, core, status, stress, &
+                         states=states)
       energy = core%energy
       if (level >= level_force) call lift_block(level, block, ref, filter, vectors, core, force, tangent)
    end subroutine evaluate_block
@@ -167,11 +170,12 @@ contains
    end subroutine predict_block
 
    !> Strains, resultants and frames of a block of elements: what its fields are made of (finshell_element_fields).
-   pure subroutine recover_block(section, block, r, status)
+   pure subroutine recover_block(section, block, r, status, states)
       type(section_t), intent(in) :: section
       type(block_t), intent(in) :: block
       type(recovered_t), intent(out) :: r
       integer(i4), intent(out) :: status(lanes)
+      type(point_states_t), intent(inout), optional :: states !< of laws with states
       type(reference_t) :: ref
       type(curved_t) :: curved
       type(filter_t) :: filter
@@ -181,9 +185,11 @@ contains
       real(wp) :: quaternion(lanes, 4, 3), bend(points_per_block, 3)
       integer :: i
 
+      if (present(states)) r%states = states
       call deform(section, level_force, block, ref, curved, filter, vectors, quaternion, heading, status)
       call material_direction(ref%frame, block%direction, r%axes, status)
-      call evaluate_core(section, block%own, level_force, ref, curved, filter, r%axes, heading, core, status, recovers=.true.)
+      call evaluate_core(section, block%own, level_force, ref, curved, filter, r%axes, heading, core, status, recovers=.true., &
+                         states=r%states)
       r%stretch = core%stretch
       do i = 1, 3
          if (curved%any) then

@@ -138,7 +138,8 @@ contains
       integer, intent(in) :: place
       real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
-      call cauchy_stress(section, surface(section, place), r%membrane, r%curvature, r%axes, values, status, r%own, r%bend)
+      call cauchy_stress(section, surface(section, place), r%membrane, r%curvature, r%axes, values, status, r%own, r%bend, &
+                         r%states)
       call rotate_stress(lanes, r%back, values)
    end subroutine surface_stress
 
@@ -149,7 +150,8 @@ contains
       real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       real(wp) :: axes(lanes, 2)
-      call cauchy_stress(section, middle(section, place), r%membrane, r%curvature, r%axes, values, status, r%own, r%bend)
+      call cauchy_stress(section, middle(section, place), r%membrane, r%curvature, r%axes, values, status, r%own, r%bend, &
+                         r%states)
       call layer_direction(section%layers(place), r%axes, axes)
       call rotate_stress(lanes, reverse(axes), values)
    end subroutine material_stress

@@ -1,6 +1,7 @@
 !> What is known of a block of elements once they are recovered: the fields (finshell_element_fields) are made of it.
 module finshell_recovered
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_point_states, only: point_states_t
    use finshell_own, only: own_t
    implicit none
    private
@@ -27,6 +28,7 @@ module finshell_recovered
       !> global. Their strain and frame are those of the material, which is wider than its facet.
       integer(i4) :: state(lanes)
       real(wp) :: ridge(lanes, 3)
+      type(point_states_t) :: states !< of laws with states; null where none are known
       real(wp) :: slack_energy(lanes) !< part of `energy`: of what is left to compression (finshell_slack)
    end type recovered_t
 end module finshell_recovered

@@ -6,7 +6,7 @@ module finshell_incompressible
    use finshell_status, only: status_material_limit
    implicit none
    private
-   public :: incompressible_t, metric_limit, shape_limit
+   public :: incompressible_t, metric_limit, shape_limit, inverse_area_stretch
 
    !> det C beyond this, or below its inverse, is refused: no shell is meant to stretch 1e10-fold, and nothing overflows.
    real(wp), parameter :: metric_limit = 1.0e40_wp
@@ -22,9 +22,17 @@ module finshell_incompressible
 
 contains
 
-   !> l = (det C)^(-1/2) with its derivatives; see finshell_material.
    pure subroutine thickness_stretch(self, n, level, e, l, dl, ddl, status)
       class(incompressible_t), intent(in) :: self
+      integer, intent(in) :: n, level
+      real(wp), intent(in) :: e(n, 3)
+      real(wp), intent(inout) :: l(n), dl(n, 3), ddl(n, 6)
+      integer(i4), intent(inout) :: status(n)
+      call inverse_area_stretch(n, level, e, l, dl, ddl, status)
+   end subroutine thickness_stretch
+
+   !> l = (det C)^(-1/2) with its derivatives; see finshell_material.
+   pure subroutine inverse_area_stretch(n, level, e, l, dl, ddl, status)
       integer, intent(in) :: n, level
       real(wp), intent(in) :: e(n, 3)
       real(wp), intent(inout) :: l(n), dl(n, 3), ddl(n, 6)
@@ -66,5 +74,5 @@ contains
             ddl(b + i, 6) = lcc(i)*a2(i)*a3(i)
          end do
       end do
-   end subroutine thickness_stretch
+   end subroutine inverse_area_stretch
 end module finshell_incompressible

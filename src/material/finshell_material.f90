@@ -8,6 +8,10 @@
 !>
 !> Some laws have switches: fibres that act in tension only. Stress and energy are continuous there, the tangent is not, so at
 !> the switch, as all fibres are in the reference state, it has to be said which one is meant (`switched_plane_stress`).
+!>
+!> Some laws remember: each point has `states` numbers, zero in material that was never strained. A law is asked with those at the
+!> beginning of a step of time and says those at its end (`plane_stress_from`); who keeps them, and when the end becomes the next
+!> beginning, is not its affair.
 module finshell_material
    use finshell_kinds, only: wp, i4
    implicit none
@@ -22,7 +26,9 @@ module finshell_material
       logical :: switched = .false.
       !> True when the stress is linear in the strain: two Gauss points integrate a layer exactly.
       logical :: linear = .false.
+      integer :: states = 0 !< state variables of a point
    contains
+      procedure :: plane_stress_from
       procedure :: switched_plane_stress
       procedure :: fibres
       procedure(plane_stress_interface), deferred :: plane_stress
@@ -81,6 +87,21 @@ contains
       real(wp), intent(in), optional :: rate_floor(n) !< what of it rounding alone can make; comes with `rate`
       call self%plane_stress(n, level, e, w, s, d, status)
    end subroutine switched_plane_stress
+
+   !> `plane_stress` at the end of a step of time, for laws with states. (`plane_stress` of such a law is that of a step of no time
+   !> from the state zero.)
+   pure subroutine plane_stress_from(self, n, level, e, time, step, begin, w, s, d, end, status)
+      class(material_t), intent(in) :: self
+      integer, intent(in) :: n, level
+      real(wp), intent(in) :: e(n, 3) !< strain at the end
+      real(wp), intent(in) :: time, step !< at the end; since the beginning, >= 0
+      real(wp), intent(in) :: begin(n, self%states) !< states
+      real(wp), intent(inout) :: w(n), s(n, 3), d(n, 6)
+      real(wp), intent(inout) :: end(n, self%states) !< at any level
+      integer(i4), intent(inout) :: status(n)
+      end = begin
+      call self%plane_stress(n, level, e, w, s, d, status)
+   end subroutine plane_stress_from
 
    !> Families of fibres of the law: none here.
    pure subroutine fibres(self, families, fibre)

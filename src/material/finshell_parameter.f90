@@ -6,10 +6,10 @@ module finshell_parameter
    public :: parameter_t, required_parameter, optional_parameter, list_of, lower
 
    type :: parameter_t
-      character(len=16) :: name = ''
+      character(len=32) :: name = ''
       logical :: required = .true.
       real(wp) :: default = 0.0_wp !< value when not given; meaningless if required
-      character(len=100) :: meaning = ''
+      character(len=128) :: meaning = ''
       real(wp) :: example = 0.0_wp !< a sensible value, for documentation and tests; the default where it is not part of an example
    end type parameter_t
 

@@ -1,6 +1,5 @@
 !> The one place that lists the material laws. A new law is one file, one `use` and one line in each `select case` here.
 module finshell_registry
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use finshell_compressible_neo_hookean, only: compressible_neo_hookean_parameters, new_compressible_neo_hookean
    use finshell_error, only: error_t, raise, text_of
    use finshell_exponential_fibre, only: exponential_fibre_parameters, new_exponential_fibre
@@ -13,13 +12,16 @@ module finshell_registry
    use finshell_neo_hookean, only: neo_hookean_parameters, new_neo_hookean
    use finshell_ogden, only: ogden_parameters, new_ogden
    use finshell_orthotropic, only: orthotropic_parameters, new_orthotropic
-   use finshell_parameter, only: parameter_t, list_of, lower
+   use finshell_outside_law, only: description_t, new_outside_law
+   use finshell_parameter, only: parameter_t, lower
+   use finshell_parameter_values, only: read_values
+   use finshell_plugin, only: is_plugin, load_plugin
    use finshell_st_venant_kirchhoff, only: st_venant_kirchhoff_parameters, new_st_venant_kirchhoff
    use finshell_status, only: status_invalid_argument
    use finshell_yeoh, only: yeoh_parameters, new_yeoh
    implicit none
    private
-   public :: new_material, material_names, material_parameters, parameter_t
+   public :: new_material, new_described_material, material_names, material_parameters, parameter_t
 
    integer, parameter :: name_length = 32
    character(len=name_length), parameter :: names(*) = [character(len=name_length) :: &
@@ -36,10 +38,18 @@ contains
       list = names
    end function material_names
 
-   !> Parameters of a law, empty for an unknown one.
-   pure function material_parameters(name) result(parameters)
+   !> Parameters of a law, empty for an unknown one (and for a law of a library that has none).
+   function material_parameters(name) result(parameters)
       character(len=*), intent(in) :: name
       type(parameter_t), allocatable :: parameters(:)
+      type(description_t) :: description
+      type(error_t), allocatable :: error
+      if (is_plugin(name)) then
+         call load_plugin(name, description, error)
+         if (allocated(error)) allocate (description%parameters(0))
+         parameters = description%parameters
+         return
+      end if
       select case (lower(name))
       case ('mooney_rivlin'); parameters = mooney_rivlin_parameters()
       case ('neo_hookean'); parameters = neo_hookean_parameters()
@@ -77,7 +87,8 @@ contains
       end select
    end subroutine construct
 
-   !> A material law by name, from named parameters. Capitals do not matter.
+   !> A material law by name, from named parameters. Capitals do not matter. 'plugin:LIBRARY' or 'plugin:LIBRARY#NAME' is a law of a
+   !> shared library (finshell_plugin).
    !>
    !> Errors (status_invalid_argument): unknown law; unknown, repeated, missing or senseless parameter. The message lists
    !> what there is.
@@ -87,48 +98,25 @@ contains
       character(len=*), intent(in) :: parameter_names(:)
       real(wp), intent(in) :: parameter_values(:) !< as many as names
       type(error_t), allocatable, intent(out) :: error
+      type(description_t) :: description
       type(parameter_t), allocatable :: parameters(:)
       real(wp), allocatable :: values(:)
       logical, allocatable :: given(:)
       character(len=:), allocatable :: message, place
-      integer :: i, j
+      integer :: j
+      if (is_plugin(name)) then
+         call load_plugin(name, description, error)
+         if (.not. allocated(error)) call new_described_material(law, description, parameter_names, parameter_values, error)
+         return
+      end if
       parameters = material_parameters(name)
       place = 'material law '''//trim(lower(name))//''': '
       if (size(parameters) == 0) then
          call raise(error, status_invalid_argument, 'unknown '//place//'known laws are '//known_laws())
          return
       end if
-      if (size(parameter_names) /= size(parameter_values)) then
-         call raise(error, status_invalid_argument, place//text_of(size(parameter_names))//' parameter names but '// &
-                    text_of(size(parameter_values))//' values')
-         return
-      end if
-      allocate (values(size(parameters)))
-      values = parameters%default
-      allocate (given(size(parameters)), source=.false.)
-      do i = 1, size(parameter_names)
-         j = position(parameters, lower(parameter_names(i)))
-         if (j == 0) then
-            message = 'unknown parameter '''//trim(lower(parameter_names(i)))//''''
-         else if (given(j)) then
-            message = 'parameter '''//trim(lower(parameter_names(i)))//''' is given twice'
-         else if (.not. ieee_is_finite(parameter_values(i))) then
-            message = 'parameter '''//trim(lower(parameter_names(i)))//''' is not a finite number'
-         end if
-         if (allocated(message)) then
-            call raise(error, status_invalid_argument, place//message//'; the law takes '//list_of(parameters))
-            return
-         end if
-         values(j) = parameter_values(i)
-         given(j) = .true.
-      end do
-      do j = 1, size(parameters)
-         if (parameters(j)%required .and. .not. given(j)) then
-            call raise(error, status_invalid_argument, place//'parameter '''//trim(parameters(j)%name)// &
-                       ''' is missing; the law takes '//list_of(parameters))
-            return
-         end if
-      end do
+      call read_values(place, parameters, parameter_names, parameter_values, values, given, error)
+      if (allocated(error)) return
       call construct(lower(name), values, law, message)
       if (allocated(message)) then
          message = place//message//'; found'
@@ -143,15 +131,19 @@ contains
       law%name = lower(name)
    end subroutine new_material
 
-   pure function position(parameters, name) result(j)
-      type(parameter_t), intent(in) :: parameters(:)
-      character(len=*), intent(in) :: name
-      integer :: j
-      do j = 1, size(parameters)
-         if (parameters(j)%name == name) return
-      end do
-      j = 0
-   end function position
+   !> A law of somebody else's (finshell_outside_law), from named parameters, with the same errors.
+   subroutine new_described_material(law, description, parameter_names, parameter_values, error)
+      class(material_t), allocatable, intent(out) :: law
+      type(description_t), intent(in) :: description
+      character(len=*), intent(in) :: parameter_names(:)
+      real(wp), intent(in) :: parameter_values(:)
+      type(error_t), allocatable, intent(inout) :: error
+      real(wp), allocatable :: values(:)
+      logical, allocatable :: given(:)
+      call read_values('material law '''//description%name//''': ', description%parameters, parameter_names, parameter_values, &
+                       values, given, error)
+      if (.not. allocated(error)) call new_outside_law(law, description, values, error)
+   end subroutine new_described_material
 
    pure function known_laws() result(text)
       character(len=:), allocatable :: text

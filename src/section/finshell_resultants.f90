@@ -7,7 +7,8 @@ module finshell_resultants
    use finshell_law_block, only: thickness_stretch
    use finshell_metric_change, only: change_strain, pull_back_stress, pull_back_tangent
    use finshell_own, only: own_t, at_points
-   use finshell_section, only: layer_t, section_t
+   use finshell_point_states, only: point_states_t, remembered_stress
+   use finshell_section, only: layer_t, numbers_of, section_t
    use finshell_voigt, only: rotate_strain, rotate_stress, rotate_tangent
    implicit none
    private
@@ -36,8 +37,9 @@ contains
 
    !> Resultants of a block of points: strain at reference height z is `membrane + z curvature`.
    !>
-   !> Laws with switches (finshell_material) take `switches` into account, and without it switch at 0 exactly.
-   pure subroutine integrate(section, level, membrane, curvature, axes, r, status, switches, own, bend)
+   !> Laws with switches (finshell_material) take `switches` into account, and without it switch at 0 exactly. Laws with states are
+   !> asked with `states`, and without it as if nothing had been before.
+   pure subroutine integrate(section, level, membrane, curvature, axes, r, status, switches, own, bend, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       real(wp), intent(in) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
@@ -47,18 +49,19 @@ contains
       type(switches_t), intent(in), optional :: switches
       type(own_t), intent(in), optional :: own !< absent: thickness and offset of the section, and nothing has grown
       real(wp), intent(in), optional :: bend(points_per_block, 3) !< with growth: curvature of the reference (finshell_growth)
+      type(point_states_t), intent(inout), optional :: states
       logical :: sized
       sized = .false.
       if (present(own)) sized = own%sized
       if (sized) then
-         call integrate_sized(section, level, membrane, curvature, axes, r, status, own, switches, bend)
+         call integrate_sized(section, level, membrane, curvature, axes, r, status, own, switches, bend, states)
       else
-         call integrate_layers(section, level, membrane, curvature, axes, r, status, switches, own, bend)
+         call integrate_layers(section, level, membrane, curvature, axes, r, status, switches, own, bend, states)
       end if
    end subroutine integrate
 
    !> Elements whose thickness or offset is not that of the section: what is at z in the section is at ratio z + shift.
-   pure subroutine integrate_sized(section, level, membrane, curvature, axes, r, status, own, switches, bend)
+   pure subroutine integrate_sized(section, level, membrane, curvature, axes, r, status, own, switches, bend, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level
       real(wp), intent(in) :: membrane(points_per_block, 3), curvature(points_per_block, 3), axes(points_per_block, 2)
@@ -67,6 +70,7 @@ contains
       type(own_t), intent(in) :: own
       type(switches_t), intent(in), optional :: switches
       real(wp), intent(in), optional :: bend(points_per_block, 3)
+      type(point_states_t), intent(inout), optional :: states
       type(switches_t) :: scaled
       real(wp) :: ratio(points_per_block), shift(points_per_block), e(points_per_block, 3), k(points_per_block, 3)
       integer :: i
@@ -86,9 +90,9 @@ contains
                scaled%curvature(:, i) = ratio*switches%curvature(:, i)
             end do
          end if
-         call integrate_layers(section, level, e, k, axes, r, status, scaled, own, bend)
+         call integrate_layers(section, level, e, k, axes, r, status, scaled, own, bend, states)
       else
-         call integrate_layers(section, level, e, k, axes, r, status, own=own, bend=bend)
+         call integrate_layers(section, level, e, k, axes, r, status, own=own, bend=bend, states=states)
       end if
       r%energy = ratio*r%energy
       if (level < level_force) return
@@ -105,7 +109,7 @@ contains
    end subroutine integrate_sized
 
    !> The sum over layers and their points, heights being those of the section.
-   pure subroutine integrate_layers(section, level, membrane, curvature, axes, r, status, switches, own, bend)
+   pure subroutine integrate_layers(section, level, membrane, curvature, axes, r, status, switches, own, bend, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level
       real(wp), intent(in) :: membrane(points_per_block, 3), curvature(points_per_block, 3), axes(points_per_block, 2)
@@ -114,14 +118,18 @@ contains
       type(switches_t), intent(in), optional :: switches
       type(own_t), intent(in), optional :: own
       real(wp), intent(in), optional :: bend(points_per_block, 3)
+      type(point_states_t), intent(inout), optional :: states
       type(growth_t) :: growth
       real(wp) :: e(points_per_block, 3), k(points_per_block, 3), s(points_per_block, 3), d(points_per_block, 6)
       real(wp) :: x(points_per_block, 3), w(points_per_block), direction(points_per_block, 2)
       real(wp) :: bent(points_per_block, 3), turned(points_per_block, 2)
       real(wp) :: weight, z
-      logical :: grown
-      integer :: i, l, p
+      logical :: grown, remembers
+      integer :: i, l, p, place
 
+      remembers = .false.
+      if (present(states)) remembers = associated(states%all%begin)
+      place = 0
       grown = .false.
       if (present(own)) grown = own%grown
       r%energy = 0
@@ -161,6 +169,9 @@ contains
                x = e + z*k
                if (layer%law%switched .and. present(switches)) then
                   call switched(layer, z, level, x, direction, switches, w, s, d, status, grown, growth)
+               else if (layer%law%states > 0 .and. remembers) then
+                  call remembered_stress(layer%law, states, place + (p - 1)*layer%law%states, layer%points*layer%law%states, 3, &
+                                         points_per_block, level, x, w, s, d, status)
                else
                   call layer%law%plane_stress(points_per_block, level, x, w, s, d, status)
                end if
@@ -182,6 +193,7 @@ contains
                   r%d(:, i) = r%d(:, i) + (weight*z**2)*d(:, i)
                end do
             end do
+            place = place + numbers_of(layer)
          end associate
       end do
    end subroutine integrate_layers

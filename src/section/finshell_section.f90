@@ -10,7 +10,7 @@ module finshell_section
    implicit none
    private
    public :: section_t, layer_t, ply_t, new_section, new_layered_section, formulation_s, formulation_p
-   public :: points_by_law, usual_points, set_points
+   public :: points_by_law, usual_points, set_points, numbers_of, states_of
 
    !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
    integer, parameter :: formulation_s = 1, formulation_p = 2
@@ -117,6 +117,10 @@ contains
          exit
       end do
       if (allocated(error)) return
+      do i = 1, size(plies)
+         if (section%membrane .and. plies(i)%law%states > 0) call raise(error, status_invalid_argument, &
+            'a membrane takes no law with states, as '''//trim(plies(i)%law%name)//''' is: take a shell')
+      end do
       if (present(beta0)) then
          if (.not. (beta0 > 0 .and. beta0 < huge(1.0_wp))) call raise(error, status_invalid_argument, &
             'beta0 is '//text_of(real(beta0, dp))//', expected a positive number')
@@ -172,6 +176,22 @@ contains
       points = merge(5, 3, law%switched) ! fibres: the stress has a kink that moves through the thickness
       if (present(curvature)) points = points + count(curvature > bounds)
    end function usual_points
+
+   !> State variables of a layer of a shell element, in its three in-plane points.
+   pure integer function numbers_of(layer)
+      type(layer_t), intent(in) :: layer
+      numbers_of = 3*layer%points*layer%law%states
+   end function numbers_of
+
+   !> State variables of an element of a section (finshell_law_states).
+   pure integer function states_of(section)
+      type(section_t), intent(in) :: section
+      integer :: l
+      states_of = 0
+      do l = 1, size(section%layers)
+         states_of = states_of + numbers_of(section%layers(l))
+      end do
+   end function states_of
 
    !> Integrate a layer by so many Gauss points.
    pure subroutine set_points(layer, points)

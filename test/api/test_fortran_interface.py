@@ -16,7 +16,7 @@ import installed  # noqa: E402
 MODULE = os.path.join(installed.SOURCE, "api", "finshell_c.f90")
 LIBRARY = os.environ.get("FINSHELL_LIB", "")
 FLANG = next((path for path in map(shutil.which, ("flang-new", "flang", "flang-new-19", "flang-19")) if path), None)
-STRUCTURES = ("status", "parameter", "properties", "layer", "elements", "mesh", "field_entry")
+STRUCTURES = ("status", "parameter", "properties", "layer", "elements", "points", "law", "law_finding", "mesh", "field_entry")
 ADDED = ("force", "values", "gradient", "lumped")  # to these a call of an assembly adds
 # What an argument of the header is in Fortran (name left out).
 KINDS = {
@@ -27,6 +27,8 @@ KINDS = {
     "const char *const *": "type(c_ptr), intent(in), optional (*)", "const finshell_section *": "type(c_ptr), value",
     "finshell_section *": "type(c_ptr), value", "finshell_section **": "type(c_ptr), intent(out)",
     "finshell_section_builder *": "type(c_ptr), value", "finshell_section_builder **": "type(c_ptr), intent(out)",
+    "const finshell_law *": "type(finshell_law), intent(in), optional",
+    "finshell_law_finding *": "type(finshell_law_finding), intent(out), optional (*)",
     "finshell_properties *": "type(finshell_properties), intent(inout), optional",
     "finshell_layer *": "type(finshell_layer), intent(inout), optional",
     "const finshell_elements *": "type(finshell_elements), intent(in)", "const finshell_mesh *": "type(finshell_mesh), intent(in)",
@@ -211,7 +213,7 @@ class Interface(unittest.TestCase):
         for name in STRUCTURES:
             fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.header, re.S).group(1)
             members[name] = re.findall(r"(\w+)(?:\[\d+\])?;", fields)
-        self.assertEqual(members["elements"][:3] + members["elements"][-1:], ["size", "n", "convention", "growth"])
+        self.assertEqual(members["elements"][:3] + members["elements"][-1:], ["size", "n", "convention", "time_step"])
         c = ["#include <finshell.h>", "#include <stddef.h>", "#include <stdio.h>", "int main(void)", "{"]
         fortran = ["program layout", "use, intrinsic :: iso_c_binding", "use finshell_c", "implicit none"]
         fortran += [f"type(finshell_{name}), target :: {name}_" for name in members]
@@ -234,7 +236,8 @@ class Interface(unittest.TestCase):
             sys.path.insert(0, os.path.join(installed.SOURCE, "api", "python"))
             from finshell import _library
             by_ctypes = {"status": _library.Status, "parameter": _library.CParameter, "properties": _library.CProperties, "layer": _library.CLayer,
-                         "elements": _library.CElements, "mesh": _library.CMesh, "field_entry": _library.CField}
+                         "elements": _library.CElements, "points": _library.CPoints, "law": _library.CLaw,
+                         "law_finding": _library.CFinding, "mesh": _library.CMesh, "field_entry": _library.CField}
             lines = []
             for name, fields in members.items():
                 lines.append(f"{name} {ctypes.sizeof(by_ctypes[name])}")

@@ -50,6 +50,7 @@ class Header(unittest.TestCase):
                  "const finshell_section *": ctypes.c_void_p, "finshell_section *": ctypes.c_void_p,
                  "finshell_section **": ctypes.POINTER(ctypes.c_void_p), "const char *const *": _library._N,
                  "finshell_section_builder *": ctypes.c_void_p, "finshell_section_builder **": ctypes.POINTER(ctypes.c_void_p), "const finshell_elements *": _library._E,
+                 "const finshell_law *": ctypes.POINTER(_library.CLaw), "finshell_law_finding *": ctypes.POINTER(_library.CFinding),
                  "finshell_properties *": ctypes.POINTER(_library.CProperties), "finshell_layer *": ctypes.POINTER(_library.CLayer),
                  "finshell_parameter *": ctypes.POINTER(_library.CParameter),
                  "finshell_field_entry *": ctypes.POINTER(_library.CField), "void": None, "const int32_t *": _library._C,
@@ -65,7 +66,8 @@ class Header(unittest.TestCase):
 
     def test_structures(self):
         for name, structure in (("status", _library.Status), ("parameter", _library.CParameter), ("properties", _library.CProperties), ("layer", _library.CLayer),
-                                ("elements", _library.CElements), ("mesh", _library.CMesh), ("field_entry", _library.CField)):
+                                ("elements", _library.CElements), ("points", _library.CPoints), ("law", _library.CLaw),
+                                ("law_finding", _library.CFinding), ("mesh", _library.CMesh), ("field_entry", _library.CField)):
             fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.text, re.S).group(1)
             names = [re.search(r"(\w+)(\[\d+\])?$", f.strip()).group(1) for f in fields.split(";") if f.strip()]
             self.assertEqual([f[0] for f in structure._fields_], names)

@@ -18,15 +18,16 @@ from ._assembly import Assembled, Assembly
 from ._element import (Evaluation, Pressure, Recovery, Rotation, Section, Sheet, Wrinkles, enclosed_volume,
                        follower_pressure, growth, pressure)
 from ._field import Field, fields
+from ._law import Finding, Law, Points, check_law, numba_signature
 from ._library import ABI, Error, Recoverable, find_library, message, version
 from ._material import Parameter, material_names, material_parameters
 from ._rotation import (compose, rotation_exp, rotation_log, rotation_matrix, rotation_tangent, update)
 from ._section import Layer
 
 __all__ = [
-    "ABI", "Assembled", "Assembly", "Error", "Evaluation", "Field", "Layer", "Parameter", "Pressure", "Recoverable",
-    "Recovery", "Rotation", "Section", "Sheet", "Wrinkles", "compose", "enclosed_volume", "fields", "find_library",
-    "follower_pressure", "growth", "material_names", "material_parameters", "message", "pressure", "rotation_exp",
-    "rotation_log", "rotation_matrix", "rotation_tangent", "update", "version",
+    "ABI", "Assembled", "Assembly", "Error", "Evaluation", "Field", "Finding", "Law", "Layer", "Parameter", "Points", "Pressure",
+    "Recoverable", "Recovery", "Rotation", "Section", "Sheet", "Wrinkles", "check_law", "compose", "enclosed_volume", "fields",
+    "find_library", "follower_pressure", "growth", "material_names", "material_parameters", "message", "numba_signature", "pressure",
+    "rotation_exp", "rotation_log", "rotation_matrix", "rotation_tangent", "update", "version",
 ]
 __version__ = "0.1.0"

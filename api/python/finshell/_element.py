@@ -37,6 +37,7 @@ class Evaluation:
     force: Optional[Doubles]  # (n, 18), u1 t1 u2 t2 u3 t3; of membranes (n, 9), u1 u2 u3
     tangent: Optional[Doubles]  # (n, 18, 18); of membranes (n, 9, 9)
     codes: Codes  # (n,)
+    states: Optional[Doubles] = None  # (n, section.states) at the end of the step, of laws with states
 
 
 @dataclass
@@ -74,17 +75,20 @@ class _Elements:
 
     def __init__(self, X: Any, u: Any, rotations: Any, convention: Rotation, threads: int, state: Any, direction: Any,
                  normals: Any, toward: Any, straight: Any, freedoms: int = 18, layers: int = 1, thickness: Any = None,
-                 offset: Any = None, growth: Any = None) -> None:
+                 offset: Any = None, growth: Any = None, states: Any = None, n_states: int = 0, end: Any = None, time: float = 0.0,
+                 time_step: float = 0.0) -> None:
         X = array("X", X, (-1, 3, 3))
         self.n = n = len(X)
         self._arrays = {"X": X, "u": array("u", u, (n, 3, 3))}
         for name, values, shape in (("rotations", rotations, (n, 3, 4 if convention == Rotation.QUATERNION else 3)),
                                     ("state", state, (n, 3, 4)), ("direction", direction, (n, 3)), ("normals", normals, (n, 3, 3)),
                                     ("toward", toward, (n, freedoms)), ("straight", straight, (n, 3)), ("thickness", thickness, (n,)),
-                                    ("offset", offset, (n,)), ("growth", growth, (n, layers, 4))):
+                                    ("offset", offset, (n,)), ("growth", growth, (n, layers, 4)),
+                                    ("states_begin", states, (n, n_states)), ("states_end", end, (n, n_states))):
             if values is not None:
                 self._arrays[name] = array(name, values, shape, np.int32 if name == "straight" else np.float64)
-        block = CElements(size=ctypes.sizeof(CElements), n=n, convention=int(convention), threads=threads,
+        block = CElements(size=ctypes.sizeof(CElements), n=n, convention=int(convention), threads=threads, time=time,
+                          time_step=time_step,
                           **{name: a.ctypes.data for name, a in self._arrays.items()})
         self.reference = ctypes.byref(block)
 
@@ -94,7 +98,7 @@ class Section(SectionBase):
 
     def evaluate(self, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
                  direction: Any = None, normals: Any = None, toward: Any = None, straight: Any = None, thickness: Any = None,
-                 offset: Any = None, growth: Any = None, energy: bool = True, force: bool = True, tangent: bool = True,
+                 offset: Any = None, growth: Any = None, states: Any = None, time: float = 0.0, time_step: float = 0.0, energy: bool = True, force: bool = True, tangent: bool = True,
                  threads: int = 1, raise_errors: bool = True) -> Evaluation:
         """Energy, force and tangent of n elements.
 
@@ -103,16 +107,18 @@ class Section(SectionBase):
         (n, 3, 3), normals of the surface at the nodes, of any length (default: flat facets). toward: (n, freedoms),
         displacements and spins in whose direction a law with a switch is looked at. straight: (n, 3) booleans, sides 0-1,
         1-2, 2-0 whose displacement is prescribed. thickness, offset: (n,), of the elements' own. growth: (n, layers, 4), strain
-        E11, E22, 2 E12 of the stress-free state of each layer and growth of its thickness less 1 (see `growth`). threads 0: as OpenMP chooses.
+        E11, E22, 2 E12 of the stress-free state of each layer and growth of its thickness less 1 (see `growth`). states: (n, self.states)
+        of laws that have them, at the beginning of a step of time; those at its end are returned. threads 0: as OpenMP chooses.
         Raises Recoverable (cut the step) or Error when an element fails; with raise_errors=False failed elements have zeros
         and a code in `codes`, and only a call that is wrong as a whole raises.
         """
         m = self.freedoms
-        elements = _Elements(X, u, rotations, convention, threads, state, direction, normals, toward, straight, m, self._properties.layers, thickness,
-                             offset, growth)
+        end = None if states is None or not self.states else np.zeros((len(X), self.states))
+        elements = _Elements(X, u, rotations, convention, threads, state, direction, normals, toward, straight, m, self._properties.layers,
+                             thickness, offset, growth, states if self.states else None, self.states, end, time, time_step)
         n = elements.n
         result = Evaluation(np.empty(n) if energy else None, np.empty((n, m)) if force else None,
-                            np.empty((n, m, m)) if tangent else None, np.zeros(n, np.int32))
+                            np.empty((n, m, m)) if tangent else None, np.zeros(n, np.int32), end)
         status = Status()
         library().finshell_elements_evaluate(self._handle, elements.reference, pointer(result.energy), pointer(result.force),
                                              pointer(result.tangent), code_pointer(result.codes), ctypes.byref(status))
@@ -122,10 +128,10 @@ class Section(SectionBase):
 
     def recover(self, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
                 direction: Any = None, normals: Any = None, straight: Any = None, thickness: Any = None, offset: Any = None,
-                growth: Any = None, raise_errors: bool = True) -> Recovery:
+                growth: Any = None, states: Any = None, time: float = 0.0, time_step: float = 0.0, raise_errors: bool = True) -> Recovery:
         """Thickness stretch, resultants and Cauchy stresses of n elements; arguments as in `evaluate`."""
         elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight, self.freedoms, self._properties.layers,
-                             thickness, offset, growth)
+                             thickness, offset, growth, states if self.states else None, self.states, None, time, time_step)
         n = elements.n
         result = Recovery(np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)), np.zeros(n, np.int32))
         status = Status()
@@ -138,14 +144,16 @@ class Section(SectionBase):
 
     def recover_field(self, name: str, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *,
                       state: Any = None, direction: Any = None, normals: Any = None, straight: Any = None,
-                      thickness: Any = None, offset: Any = None, growth: Any = None, raise_errors: bool = True) -> Doubles:
+                      thickness: Any = None, offset: Any = None, growth: Any = None, states: Any = None, time: float = 0.0,
+                      time_step: float = 0.0, raise_errors: bool = True) -> Doubles:
         """An element field of `finshell.fields()`: (n, places, components), without the second for fields "at" the element and
         without the last for scalars; other arguments as in `evaluate`. Failed elements have zeros."""
         field = next((f for f in fields() if f.name == name), None)
         if field is None:
             raise ValueError(f"unknown field {name!r}, there are: {', '.join(f.name for f in fields())}")
         elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight, self.freedoms,
-                             self._properties.layers, thickness, offset, growth)
+                             self._properties.layers, thickness, offset, growth, states if self.states else None, self.states, None,
+                             time, time_step)
         places = {"element": (), "surfaces": (3,), "layers": (self._properties.layers,)}[field.at]
         values = np.zeros((elements.n, *places, *((len(field.components),) if field.components else ())))
         codes, status = np.zeros(elements.n, np.int32), Status()

@@ -57,14 +57,38 @@ class CField(ctypes.Structure):
                 ("meaning", ctypes.c_char * 128), ("number", ctypes.c_int32), ("at", ctypes.c_int32)]
 
 
-_POINTERS = ("X", "u", "rotations", "state", "direction", "normals", "toward", "straight", "thickness", "offset", "growth")
+_POINTERS = ("X", "u", "rotations", "state", "direction", "normals", "toward", "straight", "thickness", "offset", "growth",
+             "states_begin", "states_end")
 
 
 class CElements(ctypes.Structure):
     """finshell_elements of finshell.h. It holds addresses: the caller keeps the arrays."""
 
     _fields_ = [("size", ctypes.c_uint64), ("n", ctypes.c_int32), ("convention", ctypes.c_int32), ("threads", ctypes.c_int32),
-                ("reserved", ctypes.c_int32), *((name, ctypes.c_void_p) for name in _POINTERS)]
+                ("reserved", ctypes.c_int32), *((name, ctypes.c_void_p) for name in _POINTERS), ("time", ctypes.c_double),
+                ("time_step", ctypes.c_double)]
+
+
+class CPoints(ctypes.Structure):
+    """finshell_points of finshell.h."""
+
+    _fields_ = [("n", ctypes.c_int32), ("level", ctypes.c_int32), ("time", ctypes.c_double), ("time_step", ctypes.c_double),
+                ("data", ctypes.c_void_p)]
+
+
+class CLaw(ctypes.Structure):
+    """finshell_law of finshell.h. It holds addresses: the caller keeps what they are of."""
+
+    _fields_ = [("size", ctypes.c_uint64), ("name", ctypes.c_char_p), ("kind", ctypes.c_int32), ("isotropic", ctypes.c_int32),
+                ("states", ctypes.c_int32), ("parameters", ctypes.c_int32), ("parameter", ctypes.POINTER(CParameter)),
+                ("evaluate", ctypes.c_void_p), ("stretch", ctypes.c_void_p), ("data", ctypes.c_void_p)]
+
+
+class CFinding(ctypes.Structure):
+    """finshell_law_finding of finshell.h."""
+
+    _fields_ = [("name", ctypes.c_char * 24), ("meaning", ctypes.c_char * 112), ("found", ctypes.c_double),
+                ("allowed", ctypes.c_double), ("passed", ctypes.c_int32), ("padding", ctypes.c_int32)]
 
 
 class CMesh(ctypes.Structure):
@@ -140,6 +164,10 @@ _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_builder_begin": (_I, [ctypes.POINTER(_P), _S]),
     "finshell_builder_layer": (_I, [_P, ctypes.c_double, ctypes.c_double, _I, ctypes.c_double, _S]),
     "finshell_builder_law": (_I, [_P, ctypes.c_char_p, _I, _N, _D, _S]),
+    "finshell_builder_own_law": (_I, [_P, ctypes.POINTER(CLaw), _I, _N, _D, _S]),
+    "finshell_section_states": (_I, [_P, _S]),
+    "finshell_section_layer_states": (_I, [_P, _I, _C, _C, _C, _S]),
+    "finshell_law_check": (_I, [ctypes.POINTER(CLaw), ctypes.c_char_p, _I, _N, _D, ctypes.POINTER(CFinding), _S]),
     "finshell_builder_option": (_I, [_P, ctypes.c_char_p, ctypes.c_double, _S]),
     "finshell_builder_build": (_I, [_P, ctypes.POINTER(_P), _S]),
     "finshell_builder_destroy": (None, [_P]),

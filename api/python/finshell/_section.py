@@ -8,6 +8,7 @@ from typing import Dict, Mapping, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 
+from ._law import Law
 from ._library import CLayer, CProperties, Doubles, Status, check, library, pairs, pointer
 
 
@@ -15,7 +16,7 @@ from ._library import CLayer, CProperties, Doubles, Status, check, library, pair
 class Layer:
     """One layer of a section; angle in degrees."""
 
-    material: str
+    material: Union[str, Law]
     parameters: Mapping[str, float]
     thickness: float
     angle: float = 0.0
@@ -42,7 +43,10 @@ def _layered(layers: Sequence[Layer], options: Mapping[str, float]) -> ctypes.c_
     for layer in layers:  # a failure comes back from the last call
         lib.finshell_builder_layer(builder, layer.thickness, layer.angle, layer.points, layer.density, None)
         names, values = pairs(list(layer.parameters), list(layer.parameters.values()))
-        lib.finshell_builder_law(builder, layer.material.encode(), len(layer.parameters), names, values, None)
+        if isinstance(layer.material, Law):
+            lib.finshell_builder_own_law(builder, layer.material.reference, len(layer.parameters), names, values, None)
+        else:
+            lib.finshell_builder_law(builder, layer.material.encode(), len(layer.parameters), names, values, None)
     for name, value in options.items():
         lib.finshell_builder_option(builder, name.encode(), value, None)
     lib.finshell_builder_build(builder, ctypes.byref(handle), ctypes.byref(status))
@@ -55,12 +59,12 @@ class SectionBase:
     """The handle of a section and what it knows of itself."""
 
     @overload
-    def __init__(self, material: str, parameters: Mapping[str, float], thickness: float, **options: float) -> None: ...
+    def __init__(self, material: Union[str, Law], parameters: Mapping[str, float], thickness: float, **options: float) -> None: ...
 
     @overload
     def __init__(self, material: Sequence[Layer], **options: float) -> None: ...
 
-    def __init__(self, material: Union[str, Sequence[Layer]], parameters: Optional[Mapping[str, float]] = None,
+    def __init__(self, material: Union[str, Law, Sequence[Layer]], parameters: Optional[Mapping[str, float]] = None,
                  thickness: float = 0.0, **options: float) -> None:
         """One layer, of a law, its parameters and a thickness; or a list of `Layer`s, bottom to top.
 
@@ -69,18 +73,30 @@ class SectionBase:
         """
         if isinstance(material, str):
             self._handle = _one_layer(material, parameters or {}, thickness, options)
+        elif isinstance(material, Law):
+            one = Layer(material, parameters or {}, thickness, points=int(options.pop("thickness_points", 0)),
+                        density=options.pop("density", 0.0))
+            self._handle = _layered([one], options)
         else:
             self._handle = _layered(material, options)
+        layers = [] if isinstance(material, (str, Law)) else material
+        self._laws = [material, *(layer.material for layer in layers)]  # what C points into
         weakref.finalize(self, library().finshell_section_destroy, self._handle)
         p, status = CProperties(size=ctypes.sizeof(CProperties)), Status()
         library().finshell_section_properties(self._handle, ctypes.byref(p), ctypes.byref(status))
         check(status)
         self._properties = p
+        self._states = int(library().finshell_section_states(self._handle, None))
 
     @property
     def freedoms(self) -> int:
         """Freedoms of an element: 18, of a membrane 9."""
         return int(self._properties.freedoms)
+
+    @property
+    def states(self) -> int:
+        """State variables of an element, of laws that have them (doc/user_laws.md)."""
+        return self._states
 
     @property
     def formulation(self) -> int:

@@ -240,7 +240,7 @@ contains
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'material') cycle
          n = n + 1
-         call read_material(namelist%groups(i), materials(n), error)
+         call read_material(namelist%groups(i), folder_of(input%file), materials(n), error)
          if (allocated(error)) return
          do j = 1, n - 1
             if (materials(j)%name /= materials(n)%name) cycle

@@ -4,6 +4,8 @@ module finshell_input_section
    use finshell_error, only: error_t, text_of
    use finshell_gauss, only: max_gauss_points
    use finshell_material, only: material_t
+   use finshell_outside_law, only: description_t
+   use finshell_plugin, only: is_plugin, load_plugin, plugin_name
    use finshell_registry, only: new_material, material_names, material_parameters, parameter_t
    use finshell_section, only: new_layered_section, ply_t, formulation_s, formulation_p
    use finshell_mesh, only: find_element_set
@@ -25,15 +27,17 @@ module finshell_input_section
 
 contains
 
-   !> &material: name, law, the parameters of the law by their own names, density.
-   subroutine read_material(group, material, error)
+   !> &material: name, law, the parameters of the law by their own names, density; the library that holds the law.
+   subroutine read_material(group, folder, material, error)
       type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: folder !< prefix of the name of a library
       type(named_material_t), intent(out) :: material
       type(error_t), allocatable, intent(inout) :: error
       type(parameter_t), allocatable :: parameters(:)
       type(error_t), allocatable :: refusal
+      type(description_t) :: description
       character(len=:), allocatable :: law
-      character(len=16), allocatable :: names(:)
+      character(len=32), allocatable :: names(:)
       real(wp), allocatable :: values(:)
       logical, allocatable :: given(:)
       integer :: i
@@ -41,9 +45,21 @@ contains
       if (allocated(error)) return
       material%line = group%line
       call get(group, 'name', material%name, error)
-      call get(group, 'law', law, error, choices=law_names())
+      if (has(group, 'library')) then
+         call name_of_plugin(group, folder, law, error)
+      else
+         call get(group, 'law', law, error, choices=law_names())
+      end if
       call get(group, 'density', material%density, error, default=0.0_wp, minimum=0.0_wp)
       if (allocated(error)) return
+      if (is_plugin(law)) then
+         call load_plugin(law, description, refusal)
+         if (allocated(refusal)) then
+            call place_error(group, 'library', refusal)
+            call move_alloc(refusal, error)
+            return
+         end if
+      end if
       parameters = material_parameters(law)
       allocate (values(size(parameters)), given(size(parameters)), names(size(parameters)))
       do i = 1, size(parameters)
@@ -54,10 +70,34 @@ contains
       call check_all_used(group, error)
       if (allocated(error)) return
       call new_material(material%law, law, pack(names, given), pack(values, given), refusal)
-      if (.not. allocated(refusal)) return
-      call place_error(group, '', refusal)
-      call move_alloc(refusal, error)
+      if (allocated(refusal)) then
+         call place_error(group, '', refusal)
+         call move_alloc(refusal, error)
+      else if (material%law%states > 0) then
+         call complain_about(group, 'library', "the law '"//trim(material%law%name)//"' remembers "// &
+            text_of(material%law%states)//' numbers at each point, and this program keeps none: laws with states are for hosts '// &
+            '(doc/user_laws.md)', error)
+      end if
    end subroutine read_material
+
+   !> The law of a shared library: a file in the folder of the input, or else what the loader finds. Without `law` it is the only one.
+   subroutine name_of_plugin(group, folder, law, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: folder
+      character(len=:), allocatable, intent(out) :: law
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: library, name
+      logical :: there
+      call get(group, 'library', library, error)
+      call get(group, 'law', name, error, default='')
+      if (allocated(error)) return
+      there = .false.
+      if (index(library, '/') /= 1) inquire (file=folder//library, exist=there)
+      if (there) library = folder//library
+      ! a name without a folder is looked for in those of the system only
+      if (there .and. index(library, '/') == 0) library = './'//library
+      law = plugin_name(library, name)
+   end subroutine name_of_plugin
 
    !> The laws of the registry, 'one, two'.
    function law_names() result(text)
