@@ -6,6 +6,7 @@ module finshell_input
    use finshell_status, only: status_input_error
    use finshell_structure, only: structure_t
    use finshell_step, only: control_explicit, is_in_time, step_t
+   use finshell_mesh, only: mesh_t
    use finshell_monitor, only: monitor_t, output_t
    use finshell_support, only: support_t
    use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
@@ -90,16 +91,22 @@ contains
    end subroutine read_input
 
    !> The same from a text; file_name is used in messages and to find other files.
-   subroutine parse_input(text, file_name, input, error, levels)
+   subroutine parse_input(text, file_name, input, error, levels, given)
       character(len=*), intent(in) :: text
       character(len=*), intent(in) :: file_name
       type(input_t), intent(out) :: input
       type(error_t), allocatable, intent(out) :: error
       integer, intent(in), optional :: levels !< as for `read_input`
+      type(mesh_t), intent(in), optional :: given !< the mesh, which the text does not have; &accuracy cannot refine it
       type(namelist_t) :: namelist
 
       call parse_namelist(text, file_name, namelist, error)
-      if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error, levels)
+      if (allocated(error)) return
+      if (present(given)) then
+         call translate(namelist, text, file_name, input, error, given=given)
+      else
+         call translate_preset(namelist, text, file_name, input, error, levels)
+      end if
    end subroutine parse_input
 
    !> The name of the job of an input file, of which nothing else is checked.
@@ -146,7 +153,7 @@ contains
    end subroutine translate_preset
 
    !> The order of the groups in the file does not matter, but that of groups of the same name.
-   subroutine translate(namelist, text, file_name, input, error, levels, bisection, same_mesh)
+   subroutine translate(namelist, text, file_name, input, error, levels, bisection, same_mesh, given)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: text, file_name
       type(input_t), intent(inout) :: input
@@ -154,6 +161,7 @@ contains
       integer, intent(in), optional :: levels
       type(bisection_t), intent(inout), optional :: bisection
       logical, intent(in), optional :: same_mesh !< whatever the preset says
+      type(mesh_t), intent(in), optional :: given !< see `parse_input`
 
       input%file = file_name
       input%text = text
@@ -166,7 +174,8 @@ contains
          call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels, &
                             bisection)
       else
-         call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels)
+         call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels, &
+                            given=given)
       end if
       if (.not. allocated(error)) call add_nodes(namelist, input%structure%mesh, error)
       if (.not. allocated(error)) call translate_sections(namelist, input, error)

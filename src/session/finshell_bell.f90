@@ -1,0 +1,108 @@
+!> The observer of a host: it keeps a row of every report, and ends the call of the analysis when the host is to have its say.
+!> The step then goes on where it stood, by the way that a restart takes.
+module finshell_bell
+   use finshell_equilibrium, only: equilibrium_t
+   use finshell_error, only: error_t
+   use finshell_field, only: increment_t, monitor_value, name_t
+   use finshell_kinds, only: wp
+   use finshell_monitor, only: monitor_t
+   use finshell_observer, only: raise_stop, record_t
+   use finshell_recovery, only: recovery_t
+   use finshell_state, only: linear_change_t, state_t
+   use finshell_step, only: is_in_time, is_mode, leaves_state, step_t
+   use finshell_watching, only: watching_t
+   implicit none
+   private
+   public :: bell_t, first_columns
+
+   !> Columns of a row before those of the monitors.
+   character(len=16), parameter :: first_columns(9) = [character(len=16) :: 'increment', 'step', 'control', 'load_factor', 'time', &
+                                                       'size', 'iterations', 'cuts', 'negative_pivots']
+
+   type, extends(watching_t) :: bell_t
+      integer :: step = 1 !< of the input
+      logical :: patient = .false. !< the analysis goes on whatever is reported
+      real(wp) :: until = -huge(1.0_wp) !< steps in time: not before this time
+      type(record_t) :: last
+      integer :: reports = 0 !< since the host has called
+      real(wp), allocatable :: rows(:, :) !< (columns, reports) the first `filled` ones count
+      integer :: filled = 0
+      type(linear_change_t), allocatable :: changes(:) !< of linear solutions and modes, since the host has called
+   contains
+      procedure :: attach
+      procedure :: increment
+      procedure :: columns
+      procedure :: take_row
+   end type bell_t
+
+contains
+
+   !> Whose reports these will be.
+   subroutine attach(self, problem, monitors, cases, duration, energy)
+      class(bell_t), intent(inout) :: self
+      type(equilibrium_t), intent(in), target :: problem
+      type(monitor_t), intent(in) :: monitors(:)
+      type(name_t), intent(in) :: cases(:) !< of loads and supports
+      real(wp), intent(in) :: duration !< of all steps in time
+      logical, intent(in) :: energy
+      self%problem => problem
+      self%monitors = monitors
+      if (size(cases) > 0) self%cases = cases
+      self%duration = duration
+      self%energy = energy
+      self%base_name = ''
+      allocate (self%parts(0), self%changes(0))
+      call self%look_up()
+      allocate (self%rows(size(self%columns()), 16))
+   end subroutine attach
+
+   !> Names of what is in a row.
+   function columns(self) result(names)
+      class(bell_t), intent(in) :: self
+      type(name_t), allocatable :: names(:)
+      type(name_t) :: own(size(first_columns))
+      integer :: i
+      do i = 1, size(own)
+         own(i)%text = trim(first_columns(i))
+      end do
+      names = [own, self%column_names()]
+   end function columns
+
+   !> See finshell_observer.
+   subroutine increment(self, state, record, error, change)
+      class(bell_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      type(record_t), intent(in) :: record
+      type(error_t), allocatable, intent(out) :: error
+      type(linear_change_t), intent(in), optional, target :: change
+      call self%take_row(state, record, change)
+      self%last = record
+      self%reports = self%reports + 1
+      if (present(change)) self%changes = [self%changes, change]
+      if (self%patient .or. leaves_state(record%control) .or. is_mode(record%control)) return
+      if (is_in_time(record%control) .and. state%time < self%until) return
+      call raise_stop(error)
+   end subroutine increment
+
+   !> Another row. A value that is missing is a NaN.
+   subroutine take_row(self, state, record, change)
+      class(bell_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      type(record_t), intent(in) :: record
+      type(linear_change_t), intent(in), optional, target :: change
+      type(increment_t) :: row
+      type(recovery_t) :: recovery
+      real(wp), allocatable :: grown(:, :)
+      integer :: i
+      call self%evaluate(state, record, row, recovery, change)
+      if (self%filled == size(self%rows, 2)) then
+         allocate (grown(size(self%rows, 1), 2*self%filled))
+         grown(:, :self%filled) = self%rows
+         call move_alloc(grown, self%rows)
+      end if
+      self%filled = self%filled + 1
+      self%rows(:, self%filled) = [real(record%increment, wp), real(self%step, wp), real(record%control, wp), record%load_factor, &
+         state%time, record%size, real(record%iterations, wp), real(record%cuts, wp), real(record%negative_pivots, wp), &
+         (monitor_value(row, i), i=1, size(row%monitors))]
+   end subroutine take_row
+end module finshell_bell
