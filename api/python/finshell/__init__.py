@@ -15,7 +15,9 @@ from ._element import (Evaluation, Layer, Pressure, Recovery, Rotation, Section,
                        follower_pressure, pressure)
 from ._field import Field, fields
 from ._library import ABI, Error, Recoverable, find_library, message, version
+from ._driver import MODEL_ABI, find_driver_library
 from ._material import Parameter, material_names, material_parameters
+from ._model import Builder, Model, Record, group
 from ._rotation import (compose, rotation_exp, rotation_log, rotation_matrix, rotation_tangent, update)
 
 __all__ = [
@@ -23,5 +25,7 @@ __all__ = [
     "Sheet", "Wrinkles", "compose", "enclosed_volume", "fields", "find_library", "follower_pressure", "material_names",
     "material_parameters", "message", "pressure", "rotation_exp", "rotation_log", "rotation_matrix", "rotation_tangent", "update",
     "version",
+    # whole models, by libfinshell_driver
+    "MODEL_ABI", "Builder", "Model", "Record", "find_driver_library", "group",
 ]
 __version__ = "0.1.0"
