@@ -13,11 +13,17 @@ module finshell_bell
    use finshell_watching, only: watching_t
    implicit none
    private
-   public :: bell_t, first_columns
+   public :: bell_t
 
    !> Columns of a row before those of the monitors.
    character(len=16), parameter :: first_columns(9) = [character(len=16) :: 'increment', 'step', 'control', 'load_factor', 'time', &
                                                        'size', 'iterations', 'cuts', 'negative_pivots']
+
+   !> A linear solution or a mode.
+   type :: found_t
+      type(state_t) :: state
+      type(linear_change_t) :: change !< that has led to it
+   end type found_t
 
    type, extends(watching_t) :: bell_t
       integer :: step = 1 !< of the input
@@ -27,7 +33,7 @@ module finshell_bell
       integer :: reports = 0 !< since the host has called
       real(wp), allocatable :: rows(:, :) !< (columns, reports) the first `filled` ones count
       integer :: filled = 0
-      type(linear_change_t), allocatable :: changes(:) !< of linear solutions and modes, since the host has called
+      type(found_t), allocatable :: found(:) !< linear solutions and modes, since the host has called
    contains
       procedure :: attach
       procedure :: increment
@@ -45,27 +51,30 @@ contains
       type(name_t), intent(in) :: cases(:) !< of loads and supports
       real(wp), intent(in) :: duration !< of all steps in time
       logical, intent(in) :: energy
+      type(name_t), allocatable :: names(:)
       self%problem => problem
       self%monitors = monitors
       if (size(cases) > 0) self%cases = cases
       self%duration = duration
       self%energy = energy
       self%base_name = ''
-      allocate (self%parts(0), self%changes(0))
+      allocate (self%parts(0), self%found(0))
       call self%look_up()
-      allocate (self%rows(size(self%columns()), 16))
+      names = self%columns()
+      allocate (self%rows(size(names), 16))
    end subroutine attach
 
    !> Names of what is in a row.
    function columns(self) result(names)
       class(bell_t), intent(in) :: self
-      type(name_t), allocatable :: names(:)
-      type(name_t) :: own(size(first_columns))
+      type(name_t), allocatable :: names(:), monitors(:)
       integer :: i
-      do i = 1, size(own)
-         own(i)%text = trim(first_columns(i))
+      monitors = self%column_names()
+      allocate (names(size(first_columns) + size(monitors)))
+      do i = 1, size(names)
+         if (i <= size(first_columns)) names(i)%text = trim(first_columns(i))
+         if (i > size(first_columns)) names(i)%text = monitors(i - size(first_columns))%text
       end do
-      names = [own, self%column_names()]
    end function columns
 
    !> See finshell_observer.
@@ -78,11 +87,26 @@ contains
       call self%take_row(state, record, change)
       self%last = record
       self%reports = self%reports + 1
-      if (present(change)) self%changes = [self%changes, change]
+      if (present(change)) call keep(self, state, change)
       if (self%patient .or. leaves_state(record%control) .or. is_mode(record%control)) return
       if (is_in_time(record%control) .and. state%time < self%until) return
       call raise_stop(error)
    end subroutine increment
+
+   subroutine keep(self, state, change)
+      class(bell_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      type(linear_change_t), intent(in) :: change
+      type(found_t), allocatable :: grown(:)
+      integer :: i
+      allocate (grown(size(self%found) + 1))
+      do i = 1, size(self%found)
+         grown(i) = self%found(i)
+      end do
+      grown(size(grown))%state = state
+      grown(size(grown))%change = change
+      call move_alloc(grown, self%found)
+   end subroutine keep
 
    !> Another row. A value that is missing is a NaN.
    subroutine take_row(self, state, record, change)

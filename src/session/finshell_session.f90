@@ -5,6 +5,7 @@ module finshell_session
    use finshell_course, only: course_of, course_t, numbers_of
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
+   use finshell_factor, only: by_load_factor
    use finshell_host, only: coming, host_cases
    use finshell_imperfect, only: apply_given, apply_modes
    use finshell_input, only: input_t, parse_input, read_input
@@ -118,7 +119,10 @@ contains
       integer :: number
 
       self%bell%reports = 0
-      if (size(self%bell%changes) > 0) self%bell%changes = self%bell%changes(:0)
+      if (size(self%bell%found) > 0) then
+         deallocate (self%bell%found)
+         allocate (self%bell%found(0))
+      end if
       if (size_wanted < 0 .or. .not. size_wanted < huge(1.0_wp)) call raise(error, status_input_error, 'the size of an increment ' &
          //'is '//text_of(size_wanted)//'; expected a positive number, or 0: as the step proposes')
       if (allocated(error)) return
@@ -126,12 +130,15 @@ contains
       if (allocated(error)) return
       do while (self%step <= size(self%input%steps))
          number = self%step
-         call self%hand_over(size_wanted, error)
-         if (.not. allocated(error)) call self%drive(size_wanted, error)
+         if (.not. is_done(self)) then
+            call self%hand_over(size_wanted, error)
+            if (.not. allocated(error)) call self%drive(size_wanted, error)
+         end if
          if (allocated(error)) then
             if (error%code == stop_is_wanted) then
                deallocate (error)
                self%begun = .true.
+               self%finished = self%step == size(self%input%steps) .and. is_done(self)
             end if
             return
          end if
@@ -141,12 +148,32 @@ contains
          end if
          self%step = number + 1
          self%begun = .false.
+         self%finished = self%step > size(self%input%steps)
          if (self%bell%reports > 0) return
          if (self%step <= size(self%input%steps)) call gather(self%problem, error)
          if (allocated(error)) return
       end do
       self%finished = .true.
    end subroutine advance
+
+   !> Has the step under way come to its end with the last increment?
+   logical function is_done(self)
+      class(session_t), intent(in) :: self
+      type(course_t) :: course
+      is_done = self%begun
+      if (.not. is_done) return
+      associate (step => self%input%steps(self%step))
+         if (step%control == control_dynamic) then
+            is_done = allocated(self%path%course)
+            if (.not. is_done) return
+            course = course_of(self%path%course)
+            is_done = .not. course%time < step%time%duration
+         else
+            is_done = .not. (is_in_time(step%control) .or. leaves_state(step%control)) .and. self%path%underway &
+                      .and. self%path%ramping == by_load_factor .and. self%path%targets%reached()
+         end if
+      end associate
+   end function is_done
 
    !> Let what the host gives come in, at the load factor that there is.
    subroutine settle(self, error)

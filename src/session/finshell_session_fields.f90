@@ -12,7 +12,7 @@ module finshell_session_fields
    use finshell_report_rules, only: motion_values
    use finshell_result_fields, only: field_names, find_field, on_elements, on_nodes, on_structure, result_field_t, result_fields
    use finshell_session, only: session_t
-   use finshell_state, only: linear_change_t
+   use finshell_state, only: linear_change_t, state_t
    use finshell_status, only: status_input_error
    implicit none
    private
@@ -40,6 +40,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(result_field_t), allocatable :: table(:)
       type(linear_change_t), allocatable :: change
+      type(state_t), pointer :: state
       real(wp), allocatable :: fresh(:, :, :)
       integer :: entry
 
@@ -51,15 +52,19 @@ contains
          return
       end if
       table = result_fields()
-      if (mode < 0 .or. mode > size(session%bell%changes)) call raise(error, status_input_error, 'the last call has found no ' &
+      if (mode < 0 .or. mode > size(session%bell%found)) call raise(error, status_input_error, 'the last call has found no ' &
          //'linear solution or mode of this number')
       if (allocated(error)) return
-      if (mode > 0) change = session%bell%changes(mode)
+      state => session%problem%state
+      if (mode > 0) then
+         state => session%bell%found(mode)%state
+         change = session%bell%found(mode)%change
+      end if
       on = table(entry)%on
       select case (on)
-      case (on_nodes); call nodal(session%problem, table(entry)%entry, fresh, change)
-      case (on_elements); call elemental(session%problem, table(entry)%entry, fresh, change)
-      case (on_structure); call global(session, table(entry), entry, fresh, change)
+      case (on_nodes); call nodal(session%problem, state, table(entry)%entry, fresh, change)
+      case (on_elements); call elemental(session%problem, state, table(entry)%entry, fresh, change)
+      case (on_structure); call global(session, state, table(entry), entry, fresh, change)
       case default
          call raise(error, status_input_error, "the field '"//name//"' belongs to a connector or a cut: name that in a &monitor " &
                     //'and read the history')
@@ -76,8 +81,9 @@ contains
       values => shelf%buffers(entry)%values
    end subroutine look
 
-   subroutine nodal(problem, entry, values, change)
+   subroutine nodal(problem, state, entry, values, change)
       type(equilibrium_t), intent(in), target :: problem
+      type(state_t), intent(in), target :: state !< of the problem, or what a change has led to
       integer, intent(in) :: entry
       real(wp), allocatable, intent(out) :: values(:, :, :)
       type(linear_change_t), intent(in), optional, target :: change
@@ -85,21 +91,22 @@ contains
       type(node_field_t) :: table(n_node_fields)
       integer :: i
       table = node_fields()
-      call new_node_results(problem, problem%state, results, change)
-      allocate (values(3, 1, size(problem%state%displacement, 2)))
+      call new_node_results(problem, state, results, change)
+      allocate (values(3, 1, size(state%displacement, 2)))
       do i = 1, size(values, 3)
          values(:, 1, i) = table(entry)%recover(results, i)
       end do
    end subroutine nodal
 
-   subroutine elemental(problem, entry, values, change)
+   subroutine elemental(problem, state, entry, values, change)
       type(equilibrium_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
       integer, intent(in) :: entry
       real(wp), allocatable, intent(out) :: values(:, :, :)
       type(linear_change_t), intent(in), optional, target :: change
       type(recovery_t) :: recovery
       integer :: e, p
-      call recover(problem, problem%state, [(e, e=1, size(problem%structure%mesh%triangles, 2))], [entry], recovery, change)
+      call recover(problem, state, [(e, e=1, size(problem%structure%mesh%triangles, 2))], [entry], recovery, change)
       values = recovery%fields(1)%values
       do e = 1, size(values, 3)
          do p = 1, size(values, 2)
@@ -109,8 +116,9 @@ contains
    end subroutine elemental
 
    !> A number, or three, of the whole structure: as a monitor has it.
-   subroutine global(session, field, number, values, change)
+   subroutine global(session, state, field, number, values, change)
       type(session_t), intent(in), target :: session
+      type(state_t), intent(in), target :: state
       type(result_field_t), intent(in) :: field
       integer, intent(in) :: number
       real(wp), allocatable, intent(out) :: values(:, :, :)
@@ -121,10 +129,10 @@ contains
       logical :: missing(1)
       integer :: i
       allocate (values(merge(3, 1, index(field%components, ',') > 0), 1, 1))
-      if (session%bell%duration > 0) motion = motion_values(session%problem, session%problem%state, session%bell%last)
+      if (session%bell%duration > 0) motion = motion_values(session%problem, state, session%bell%last)
       do i = 1, size(values, 1)
          call new_watch(watch(1), monitor_t(quantity=number, component=i), session%problem%structure%mesh)
-         call monitored_values(session%problem, session%problem%state, watch, value, missing, change=change, motion=motion)
+         call monitored_values(session%problem, state, watch, value, missing, change=change, motion=motion)
          values(i, 1, 1) = value(1)
          if (missing(1)) values(i, 1, 1) = ieee_value(1.0_wp, ieee_quiet_nan)
       end do

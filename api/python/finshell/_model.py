@@ -67,7 +67,7 @@ def _quoted(value: Any) -> str:
     return ", ".join(_quoted(v) for v in np.asarray(value).ravel().tolist())
 
 
-def group(name: str, **keys: Any) -> str:
+def group(name: str, /, **keys: Any) -> str:
     """One group of an input as text: `group("load", kind="pressure", value=0.1)` is "&load kind = 'pressure', value = 0.1 /"."""
     return f"&{name}\n" + "".join(f"   {key} = {_quoted(value)}\n" for key, value in keys.items() if value is not None) + "/\n"
 
@@ -79,12 +79,12 @@ class Builder:
     `group` writes any other one. Nothing is checked before `Model` reads it, by the rules of the program.
     """
 
-    def __init__(self, title: str = "", **job: Any) -> None:
+    def __init__(self, title: str = "", /, **job: Any) -> None:
         self.text = group("job", title=title, **job)
         self.mesh_arrays: Optional[Tuple[Doubles, Integers]] = None
         self.sets: List[Tuple[str, int, Integers]] = []
 
-    def group(self, name: str, **keys: Any) -> "Builder":
+    def group(self, name: str, /, **keys: Any) -> "Builder":
         """Any group."""
         self.text += group(name, **keys)
         return self
@@ -117,13 +117,13 @@ class Builder:
         self.sets.append((name, kind, np.ascontiguousarray(given, dtype=np.int32).ravel()))
         return self
 
-    def material(self, name: str, **keys: Any) -> "Builder":
+    def material(self, name: str, /, **keys: Any) -> "Builder":
         return self.group("material", name=name, **keys)
 
     def section(self, **keys: Any) -> "Builder":
         return self.group("section", **keys)
 
-    def support(self, node_set: str, **keys: Any) -> "Builder":
+    def support(self, node_set: str, /, **keys: Any) -> "Builder":
         return self.group("support", node_set=node_set, **keys)
 
     def load(self, **keys: Any) -> "Builder":
@@ -132,7 +132,7 @@ class Builder:
     def step(self, **keys: Any) -> "Builder":
         return self.group("step", **keys)
 
-    def monitor(self, name: str, **keys: Any) -> "Builder":
+    def monitor(self, name: str, /, **keys: Any) -> "Builder":
         return self.group("monitor", name=name, **keys)
 
     def model(self, folder: Union[str, os.PathLike[str]] = ".", **options: Any) -> "Model":

@@ -10,7 +10,7 @@ module finshell_input
    use finshell_monitor, only: monitor_t, output_t
    use finshell_support, only: support_t
    use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
-   use finshell_namelist, only: get, check_all_used, complain_about
+   use finshell_namelist, only: get, group_t, check_all_used, complain_about
    use finshell_bisection, only: bisection_t
    use finshell_input_accuracy, only: accuracy_t, read_accuracy
    use finshell_input_common, only: check_name
@@ -279,6 +279,7 @@ contains
       type(input_t), intent(inout) :: input
       type(error_t), allocatable, intent(inout) :: error
       type(support_t), allocatable :: supports(:)
+      type(group_t), allocatable :: groups(:) ! (a section passed as it is would be a copy that gfortran never frees)
       integer, allocatable :: last(:), where_they_are(:)
       integer :: i
 
@@ -287,7 +288,8 @@ contains
       call read_supports(namelist, input%structure%mesh, input%scales, supports, last, where_they_are, error)
       if (allocated(error)) return
       call move_alloc(supports, input%structure%supports)
-      call check_supports(namelist%groups(where_they_are), last, input%structure%mesh, input%structure%supports, input%file, error)
+      groups = namelist%groups(where_they_are)
+      call check_supports(groups, last, input%structure%mesh, input%structure%supports, input%file, error)
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name == 'mesh' .and. .not. allocated(error)) &
             call apply_normals(namelist%groups(i), folder_of(input%file), input%normals, input%structure, error)
