@@ -16,7 +16,7 @@ module finshell_bell
    public :: bell_t
 
    !> Columns of a row before those of the monitors.
-   character(len=16), parameter :: first_columns(9) = [character(len=16) :: 'increment', 'step', 'control', 'load_factor', 'time', &
+   character(len=16), parameter :: first_columns(*) = [character(len=16) :: 'increment', 'step', 'control', 'load_factor', 'time', &
                                                        'size', 'iterations', 'cuts', 'negative_pivots']
 
    !> A linear solution or a mode.

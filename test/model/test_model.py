@@ -302,6 +302,31 @@ class Manners(unittest.TestCase):
         self.assertEqual(section.evaluate(np.eye(3)[None], np.zeros((1, 3, 3)), np.zeros((1, 3, 3))).energy[0], 0)
 
 
+class Guide(unittest.TestCase):
+    """The programs of doc/model_api.md, taken from the text."""
+
+    def setUp(self):
+        text = (SOURCE / "doc" / "model_api.md").read_text(encoding="utf-8")
+        self.programs = dict(re.findall(r"^```(python|c)\n(.*?)^```", text, re.M | re.S))
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def tip(self, printed):
+        return float(re.search(r"^tip (\S+)$", printed, re.M).group(1))
+
+    def test_both(self):
+        library = Path(os.environ["FINSHELL_DRIVER_LIB"]).parent
+        source, program = Path(self.folder.name, "strip.c"), Path(self.folder.name, "strip")
+        source.write_text(self.programs["c"], encoding="utf-8")
+        subprocess.run([os.environ["FINSHELL_CC"], "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{SOURCE / 'api'}", source, "-o", program,
+                        f"-L{library}", "-lfinshell_driver"], check=True)
+        run = subprocess.run([program], check=True, capture_output=True, text=True, env={**os.environ, "LD_LIBRARY_PATH": str(library)})
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            exec(compile(self.programs["python"], "model_api.md", "exec"), {})  # noqa: S102: our own text
+        self.assertGreater(self.tip(run.stdout), 0.3)
+        self.assertEqual(self.tip(run.stdout), self.tip(out.getvalue()))
+
+
 class Coupling(unittest.TestCase):
     def test_panel(self):
         coupled, whole, counts = coupled_panel.compare(4, 20)
