@@ -103,10 +103,10 @@ def main():
     examples = sorted(name for name in listed if name.startswith("examples/"))
     (folder / "examples.md").write_text("# Examples\n\n```{toctree}\n:maxdepth: 1\n\n" + "\n".join(examples) + "\n```\n", encoding="utf-8")
     hosts = ["hosts", "hosts_calculix", *sorted(name for name in listed if name.startswith("hosts/"))]
-    rest = sorted(listed - {"index", "contributing", "changelog", *GUIDE, *METHODS, *examples, *hosts, "c_api", "packages"})
+    rest = sorted(listed - {"index", "contributing", "changelog", *GUIDE, *METHODS, *examples, *hosts, "c_api", "model_api", "packages"})
     with (folder / "index.md").open("a", encoding="utf-8") as index:
         index.write(tree("Guide", GUIDE) + tree("Pictures", ["gallery", "examples"]) + tree("Methods", METHODS) + tree("Measured", rest)
-                    + tree("Library", ["c_api", *api, *hosts]) + tree("Project", ["packages", "contributing", "changelog"]))
+                    + tree("Library", ["c_api", "model_api", *api, *hosts]) + tree("Project", ["packages", "contributing", "changelog"]))
 
 
 if __name__ == "__main__":

@@ -30,6 +30,7 @@ module finshell_equilibrium
    use finshell_levels, only: force_levels
    use finshell_balance, only: balance_t
    use finshell_ledger, only: entry_t, motion_times, motions_times, balance_between
+   use finshell_host, only: host_t
    use finshell_inertia, only: inertia_t
    use finshell_fictitious_mass, only: fictitious_mass
    use finshell_ground, only: add_ground
@@ -49,6 +50,7 @@ module finshell_equilibrium
       real(wp), allocatable :: bulge_force(:, :) !< (n_nodal, nodes) part of external_force that depends on rotations, too
       logical :: may_float = .false. !< rigid motions may be free; to be set before `new_equilibrium`
       integer :: stage = 1 !< the step whose loads and supports these are (finshell_stage), likewise
+      type(host_t), allocatable :: host !< forces and displacements from outside; to be set before `new_equilibrium`
       real(wp), allocatable :: released(:, :) !< (n_nodal, nodes) forces that are let go before it; unallocated: none
       integer :: assemblies = 0, force_evaluations = 0
       integer, allocatable :: factor_of_case(:) !< finshell_factor; the first is that without a name (finshell_load_case)
@@ -64,6 +66,7 @@ module finshell_equilibrium
       procedure :: evaluate
       procedure :: evaluate_toward
       procedure :: diagonal_places
+      procedure :: take_host
       procedure :: factorise
       procedure :: solve
       procedure :: balance
@@ -105,6 +108,8 @@ contains
       call new_external(self%external, structure, self%equations, error, self%stage)
       if (allocated(error)) return
       call self%external%keep_own(self%own_elements, size(structure%mesh%triangles, 2), self%team)
+      if (allocated(self%host)) call self%host%join(structure, self%equations, self%external, error)
+      if (allocated(error)) return
       if (.not. self%may_float) call check_held(structure, self%equations, self%external, error)
       if (allocated(error)) return
       call link_nodes(linked, linked_elements, structure%mesh, self%equations)
@@ -135,8 +140,16 @@ contains
       self%moved_elements = elements_at(structure%mesh, moving_nodes(self%equations))
       self%entry%energy = self%external%standing_energy(structure, self%equations, self%state) ! what tension stores at the start
       self%base_entry = self%entry
-      self%factor_of_case = [by_load_factor, (by_case + i, i=1, structure%cases)]
+      self%factor_of_case = [by_load_factor, (by_case + i, i=1, structure%cases - structure%hosted)]
    end subroutine new_equilibrium
+
+   !> What the host gives has changed. Errors: it is to move what no support holds.
+   subroutine take_host(self, error)
+      class(equilibrium_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+      call self%host%renew(self%structure, self%equations, self%external, error)
+      self%moved_elements = elements_at(self%structure%mesh, moving_nodes(self%equations))
+   end subroutine take_host
 
    !> Forces, and with `tangent` the matrix.
    subroutine evaluate(self, tangent, error, stand_in, stress, scaling)

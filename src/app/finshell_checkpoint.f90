@@ -14,7 +14,7 @@ module finshell_checkpoint
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: checkpoint_t, fingerprint, restore
+   public :: checkpoint_t, fingerprint, record_of, restore
 
    !> A record is written when so many seconds have passed, and so many times the seconds that the last one took.
    real(wp), parameter :: shortest_pause = 0.5_wp, pause_of_cost = 20
@@ -104,19 +104,32 @@ contains
       class(checkpoint_t), intent(inout) :: self
       type(error_t), allocatable, intent(out) :: error
       logical, intent(in), optional :: if_due
-      type(memo_t) :: memo
+      real(wp), allocatable :: numbers(:)
       integer(int64) :: began
       if (.not. associated(self%path)) return
       if (present(if_due)) then
          if (if_due .and. .not. self%due) return
       end if
       call system_clock(began)
-      call carry_run(memo, self%problem, self%path, self%step)
-      call self%file%write(self%problem%state%increment, memo%numbers(:memo%at), error)
+      numbers = record_of(self%problem, self%path, self%step)
+      call self%file%write(self%problem%state%increment, numbers, error)
       self%cost = since(began)
       call system_clock(self%written)
       self%due = .false.
    end subroutine write_record
+
+   !> All that a run needs to go on from here.
+   function record_of(problem, path, step) result(numbers)
+      type(equilibrium_t), intent(inout) :: problem
+      type(path_t), intent(inout) :: path
+      integer, intent(in) :: step !< of the input, under way or to begin
+      real(wp), allocatable :: numbers(:)
+      type(memo_t) :: memo
+      integer :: present_step
+      present_step = step
+      call carry_run(memo, problem, path, present_step)
+      numbers = memo%numbers(:memo%at)
+   end function record_of
 
    !> Put a record back: the state, forces in it, and the path. Errors: it is of another model.
    subroutine restore(numbers, problem, path, step, error)

@@ -3,7 +3,7 @@ module finshell_driver
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_adaptation, only: adapt
    use finshell_bisection, only: bisection_t
-   use finshell_job, only: follow_steps, may_float
+   use finshell_job, only: follow_steps
    use finshell_kinds, only: dp, wp
    use finshell_effort_report, only: print_effort
    use finshell_disk, only: write_failures_return
@@ -12,7 +12,7 @@ module finshell_driver
    use finshell_convert, only: convert
    use finshell_law_report, only: report_law
    use finshell_check_report, only: print_check
-   use finshell_equilibrium, only: equilibrium_t, new_equilibrium
+   use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_help, only: print_completion, print_help, print_manual
    use finshell_history_view, only: show_history
@@ -28,20 +28,20 @@ module finshell_driver
    use finshell_options, only: exit_incomplete, exit_input, exit_interrupted, exit_ok, options_t, read_command_line
    use finshell_observer, only: stop_is_wanted
    use finshell_path, only: path_t
+   use finshell_preparation, only: prepare
    use finshell_process, only: end_with_parent
    use finshell_reporter, only: reporter_t
    use finshell_resume, only: find_record, new_head, resume_t, resumed_input
    use finshell_restart_file, only: restart_head_t
    use finshell_rung, only: watch_rung, write_rung
    use finshell_runs, only: is_several, several_runs
-   use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
    use finshell_step, only: is_in_time
    use finshell_status, only: status_input_error
    use finshell_study, only: study
-   use finshell_team, only: agree, leads, shared, team_t
+   use finshell_team, only: agree, leads, team_t
    use finshell_thread_choice, only: choose_threads
-   use finshell_trial, only: check_steps, place_load_error, warning_of, mesh_warning
+   use finshell_trial, only: warning_of, mesh_warning
    use finshell_version, only: version
    implicit none
    private
@@ -167,17 +167,7 @@ contains
          return
       end if
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
-      call choose_solver(input, shared(options%team), problem%solver%options, error)
-      if (complain(error, speaks)) return
-      problem%may_float = may_float(input%structure, input%steps, 1)
-      call new_equilibrium(problem, input%structure, error, options%team)
-      if (allocated(error)) then
-         call place_load_error(input, problem, error)
-         if (verify(error%message(1:1), '0123456789') > 0) error%message = ' '//error%message
-         error%message = input%file//':'//error%message
-      end if
-      if (complain(error, speaks)) return
-      call check_steps(input, problem, error)
+      call prepare(input, problem, options%team, error)
       if (complain(error, speaks)) return
       if (speaks) then
          call warn(warning_of(input, problem))

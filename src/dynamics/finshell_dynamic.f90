@@ -2,6 +2,7 @@
 !> (finshell_inertia), found by the iteration of static steps.
 module finshell_dynamic
    use finshell_control, only: constraint_t
+   use finshell_course, only: carry_course, course_t, numbers_of
    use finshell_dynamic_start, only: begin_dynamic, first_size
    use finshell_equations, only: free_part, unknowns_of
    use finshell_equilibrium, only: equilibrium_t
@@ -14,10 +15,10 @@ module finshell_dynamic
    use finshell_momentum, only: angular_momentum, kinetic_energy, momentum
    use finshell_account, only: account_t
    use finshell_balance, only: balance_t
-   use finshell_newmark, only: newmark_t, new_newmark
+   use finshell_newmark, only: new_newmark
    use finshell_newton, only: newton_result_t, solve_increment
-   use finshell_observer, only: motion_t, observer_t, record_t
-   use finshell_pace, only: landing_size, pace_t
+   use finshell_observer, only: observer_t, record_t
+   use finshell_pace, only: landing_size
    use finshell_path, only: path_t
    use finshell_state, only: motion_between, state_t
    use finshell_structure, only: turning_nodes
@@ -27,27 +28,6 @@ module finshell_dynamic
    implicit none
    private
    public :: solve_dynamic
-
-   !> What is carried from one increment to the next.
-   type :: course_t
-      type(newmark_t) :: method
-      type(pace_t) :: pace
-      real(wp) :: time = 0, duration = 0 !< since the step began; of the step
-      real(wp) :: begun = 0 !< when it did
-      real(wp) :: at_start = 0 !< load factor that the step has found
-      real(wp), allocatable :: auxiliary(:, :) !< (n_nodal, nodes) finshell_newmark
-      real(wp), allocatable :: damping(:, :) !< (n_nodal, nodes) forces of damping
-      real(wp), allocatable :: load(:, :) !< (n_nodal, nodes) forces of loads and damping
-      real(wp), allocatable :: reaction(:) !< of moved supports, to inertia too (finshell_ledger)
-      logical :: conserves = .false. !< energy and momenta
-      real(wp) :: energy = 0 !< when the step began
-      real(wp) :: mean_levels(2) = 0
-      integer :: increments = 0
-      logical :: flies = .false. !< nothing holds a displacement: the mean velocity says nothing about the size of increments
-      type(motion_t) :: motion !< works since the step began
-      !> (3, nodes) and quaternions (4, nodes) when the step began, where damping goes by them
-      real(wp), allocatable :: first_displacement(:, :), first_rotation(:, :)
-   end type course_t
 
 contains
 
@@ -148,28 +128,6 @@ contains
       problem%base_entry%reaction = self%reaction
    end subroutine resume
 
-   !> What goes from increment to increment beside the state.
-   subroutine carry_course(memo, self)
-      type(memo_t), intent(inout) :: memo
-      type(course_t), intent(inout) :: self
-      call self%pace%carry(memo)
-      call memo%carry(self%time)
-      call memo%carry(self%at_start)
-      call memo%carry(self%begun)
-      call memo%carry(self%auxiliary)
-      call memo%carry(self%damping)
-      call memo%carry(self%load)
-      call memo%carry(self%reaction)
-      call memo%carry(self%energy)
-      call memo%carry(self%mean_levels(1))
-      call memo%carry(self%mean_levels(2))
-      call memo%carry(self%increments)
-      call memo%carry(self%motion%work)
-      call memo%carry(self%motion%damped)
-      call memo%carry(self%first_displacement)
-      call memo%carry(self%first_rotation)
-   end subroutine carry_course
-
    subroutine follow(self, problem, step, path, observer, error)
       type(course_t), intent(inout) :: self
       class(equilibrium_t), intent(inout) :: problem
@@ -179,7 +137,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(record_t) :: record
       type(newton_result_t) :: result
-      type(memo_t) :: memo
       real(wp) :: h, end_time, estimate, speed, landing
       integer :: failures
 
@@ -220,10 +177,8 @@ contains
          call settle(self, problem, h, path%account)
          self%motion%landing = step%time%is_output(self%time)
          call fill_record(self, problem, h, result, path, record)
-         memo = memo_t()
          self%reaction = problem%base_entry%reaction
-         call carry_course(memo, self)
-         path%course = memo%numbers(:memo%at)
+         path%course = numbers_of(self)
          path%underway = .true.
          call observer%increment(problem%state, record, error)
          if (allocated(error)) return

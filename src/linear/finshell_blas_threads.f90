@@ -10,7 +10,7 @@ module finshell_blas_threads
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel, omp_pause_resource_all, omp_pause_soft
    implicit none
    private
-   public :: to_blas, to_openmp, wake_blas
+   public :: to_blas, to_openmp, wake_blas, threads_of_blas, set_blas_threads
 
    interface
       !> POSIX; a null handle means all that is loaded (RTLD_DEFAULT of Linux and the BSDs).
@@ -51,6 +51,17 @@ contains
    subroutine to_openmp()
       call set_blas_threads(1)
    end subroutine to_openmp
+
+   !> How many threads OpenBLAS has; 0: it is another BLAS.
+   integer function threads_of_blas() result(threads)
+      procedure(number_interface), pointer :: get_threads
+      type(c_funptr) :: getter
+      threads = 0
+      getter = dlsym(c_null_ptr, 'openblas_get_num_threads'//c_null_char)
+      if (.not. c_associated(getter)) return
+      call c_f_procpointer(getter, get_threads)
+      threads = get_threads()
+   end function threads_of_blas
 
    !> Leave OpenBLAS so many threads; nothing happens with another BLAS.
    subroutine set_blas_threads(threads)

@@ -119,11 +119,12 @@ contains
    !> let go.
    pure function ramp_before(step, scaling) result(ramp)
       type(step_t), intent(in) :: step
-      integer, intent(in) :: scaling !< by_constant_factor or by_release
+      integer, intent(in) :: scaling !< by_constant_factor, by_release, or that of a host
       type(step_t) :: ramp
       ramp%convergence = step%convergence
       ramp%name = 'constant loads'
       if (scaling == by_release) ramp%name = 'what goes before '//step%name
+      if (scaling > by_release) ramp%name = 'loads of the host'
       ramp%scaling = scaling
       if (scaling == by_release) ramp%final_load_factor = 0
       ramp%first_increment = 1

@@ -28,6 +28,7 @@ module finshell_structure
       type(joints_t), allocatable :: joints !< unallocated: none
       type(chamber_t), allocatable :: chambers(:) !< unallocated: none
       integer :: cases = 0 !< factors of loads and supports, beside that of the first case, which has no name
+      integer :: hosted = 0 !< the last of them, which belong to a host (finshell_host) and have no names
       type(follower_t), allocatable :: followers(:) !< those of them that follow tables; unallocated: none
    end type structure_t
 

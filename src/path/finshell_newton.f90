@@ -203,11 +203,13 @@ contains
       integer, intent(in) :: scaling !< the factor that changed
       real(wp), intent(inout), allocatable :: stress(:, :)
       real(wp), allocatable :: x(:)
-      real(wp) :: change
+      real(wp) :: change, time
       allocate (x(problem%n))
       call problem%increment(x)
       change = problem%change(scaling)
+      time = problem%state%time
       call problem%restore()
+      problem%state%time = time ! what follows it goes along with the move
       call problem%move(x, change, stress_kept, stress, scaling)
    end subroutine keep_stress
 

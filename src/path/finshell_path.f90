@@ -50,7 +50,7 @@ module finshell_path
    contains
       procedure :: follow
       procedure :: ramps_before
-      procedure, private :: ramp
+      procedure :: ramp
       procedure, private :: advance
       procedure, private :: settle
    end type path_t

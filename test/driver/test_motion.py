@@ -157,6 +157,17 @@ class Motion(unittest.TestCase):
         last = (self.path / "m.study.csv").read_text()
         self.assertIn("v", last.splitlines()[0])
 
+    def test_amplitude_in_mixed_iterations(self):
+        # what follows the time is that of the end of the increment, however the iteration goes
+        rows, _ = self.solve(SHEET + HELD + """&amplitude name = 'a' over = 'time' points = 0.0, 0.0, 0.1, 1.0, 0.3, -1.0 /
+&support node_set = 'edge_x1' uy = 0.01 amplitude = 'a' /
+&monitor name = 'u' quantity = 'displacement' component = 'y' node_set = 'edge_x1' /
+&step control = 'dynamic' duration = 0.4 automatic = .false. first_increment = 0.02 mixed = .true. /
+""")
+        self.assertEqual(len(rows), 20)
+        for row in rows:
+            self.assertAlmostEqual(row["u"], 0.01 * np.interp(row["time"], [0.0, 0.1, 0.3], [0.0, 1.0, -1.0]), delta=1e-12)
+
 
 if __name__ == "__main__":
     unittest.main()

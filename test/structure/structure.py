@@ -1,6 +1,7 @@
 """Rules on the structure of the sources, read from their text.
 
-1. `use` goes one way: a room uses those that src/rooms.txt allows, which stand above it there; api sits on the kernel only.
+1. `use` goes one way: a room uses those that src/rooms.txt allows, which stand above it there; api sits on the kernel only, but
+   for api/model, which sits on the room session.
 2. Kernel (math, material, section, element): no input or output, no stop, no save, no module variables; no allocation, except
    while something is set up (procedures new_* and *_parameters, components of types; the registry of laws and its lists).
 3. Nothing but app prints or stops.
@@ -99,6 +100,8 @@ def layer_of(path, root):
     folder = os.path.dirname(os.path.relpath(path, root)).replace(os.sep, "/")
     if folder == "src" or folder.startswith("src/"):
         return folder[4:] or "facade"
+    if folder == "api/model":
+        return "api/model"
     return "main" if folder.split("/")[0] in ("app", "mpi") else "api"
 
 
@@ -110,6 +113,8 @@ def arrow_allowed(user, used, module, rooms):
         if used == "material":
             return module in MATERIAL_OPEN_TO_API or user == "facade"
         return used in OPEN_TO_API or used == "facade"
+    if user == "api/model":
+        return used in ("base", "model", "session")
     if user == "main":
         return used in ("base", "team", "app")
     return used in rooms.get(user, ())

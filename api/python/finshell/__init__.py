@@ -20,7 +20,9 @@ from ._element import (Evaluation, Pressure, Recovery, Rotation, Section, Sheet,
 from ._field import Field, fields
 from ._law import Finding, Law, Points, check_law, numba_signature
 from ._library import ABI, Error, Recoverable, find_library, message, version
+from ._driver import MODEL_ABI, find_driver_library
 from ._material import Parameter, material_names, material_parameters
+from ._model import Builder, Model, Record, group
 from ._rotation import (compose, rotation_exp, rotation_log, rotation_matrix, rotation_tangent, update)
 from ._section import Layer
 
@@ -29,5 +31,7 @@ __all__ = [
     "Recoverable", "Recovery", "Rotation", "Section", "Sheet", "Wrinkles", "check_law", "compose", "enclosed_volume", "fields",
     "find_library", "follower_pressure", "growth", "material_names", "material_parameters", "message", "numba_signature", "pressure",
     "rotation_exp", "rotation_log", "rotation_matrix", "rotation_tangent", "update", "version",
+    # whole models, by libfinshell_driver
+    "MODEL_ABI", "Builder", "Model", "Record", "find_driver_library", "group",
 ]
 __version__ = "0.1.0"

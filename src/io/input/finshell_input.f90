@@ -6,10 +6,11 @@ module finshell_input
    use finshell_status, only: status_input_error
    use finshell_structure, only: structure_t
    use finshell_step, only: control_explicit, is_in_time, step_t
+   use finshell_mesh, only: mesh_t
    use finshell_monitor, only: monitor_t, output_t
    use finshell_support, only: support_t
    use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
-   use finshell_namelist, only: get, check_all_used, complain_about
+   use finshell_namelist, only: get, group_t, check_all_used, complain_about
    use finshell_bisection, only: bisection_t
    use finshell_input_accuracy, only: accuracy_t, read_accuracy
    use finshell_input_common, only: check_name
@@ -90,16 +91,22 @@ contains
    end subroutine read_input
 
    !> The same from a text; file_name is used in messages and to find other files.
-   subroutine parse_input(text, file_name, input, error, levels)
+   subroutine parse_input(text, file_name, input, error, levels, given)
       character(len=*), intent(in) :: text
       character(len=*), intent(in) :: file_name
       type(input_t), intent(out) :: input
       type(error_t), allocatable, intent(out) :: error
       integer, intent(in), optional :: levels !< as for `read_input`
+      type(mesh_t), intent(in), optional :: given !< the mesh, which the text does not have; &accuracy cannot refine it
       type(namelist_t) :: namelist
 
       call parse_namelist(text, file_name, namelist, error)
-      if (.not. allocated(error)) call translate_preset(namelist, text, file_name, input, error, levels)
+      if (allocated(error)) return
+      if (present(given)) then
+         call translate(namelist, text, file_name, input, error, given=given)
+      else
+         call translate_preset(namelist, text, file_name, input, error, levels)
+      end if
    end subroutine parse_input
 
    !> The name of the job of an input file, of which nothing else is checked.
@@ -146,7 +153,7 @@ contains
    end subroutine translate_preset
 
    !> The order of the groups in the file does not matter, but that of groups of the same name.
-   subroutine translate(namelist, text, file_name, input, error, levels, bisection, same_mesh)
+   subroutine translate(namelist, text, file_name, input, error, levels, bisection, same_mesh, given)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: text, file_name
       type(input_t), intent(inout) :: input
@@ -154,6 +161,7 @@ contains
       integer, intent(in), optional :: levels
       type(bisection_t), intent(inout), optional :: bisection
       logical, intent(in), optional :: same_mesh !< whatever the preset says
+      type(mesh_t), intent(in), optional :: given !< see `parse_input`
 
       input%file = file_name
       input%text = text
@@ -166,7 +174,8 @@ contains
          call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels, &
                             bisection)
       else
-         call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels)
+         call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels, &
+                            given=given)
       end if
       if (.not. allocated(error)) call add_nodes(namelist, input%structure%mesh, error)
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
@@ -270,6 +279,7 @@ contains
       type(input_t), intent(inout) :: input
       type(error_t), allocatable, intent(inout) :: error
       type(support_t), allocatable :: supports(:)
+      type(group_t), allocatable :: groups(:) ! (a section passed as it is would be a copy that gfortran never frees)
       integer, allocatable :: last(:), where_they_are(:)
       integer :: i
 
@@ -278,7 +288,8 @@ contains
       call read_supports(namelist, input%structure%mesh, input%scales, supports, last, where_they_are, error)
       if (allocated(error)) return
       call move_alloc(supports, input%structure%supports)
-      call check_supports(namelist%groups(where_they_are), last, input%structure%mesh, input%structure%supports, input%file, error)
+      groups = namelist%groups(where_they_are)
+      call check_supports(groups, last, input%structure%mesh, input%structure%supports, input%file, error)
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name == 'mesh' .and. .not. allocated(error)) &
             call apply_normals(namelist%groups(i), folder_of(input%file), input%normals, input%structure, error)

@@ -23,10 +23,17 @@ module finshell_input_mesh
    use finshell_input_common, only: place_error
    implicit none
    private
-   public :: read_mesh
+   public :: read_mesh, take_mesh
 
    character(len=*), parameter :: generators = &
       'disk, rectangle, quadrilateral, paraboloid, cylinder, cone, sphere, annulus, strip, hole'
+
+   !> What is done to any mesh.
+   type :: finish_t
+      real(wp) :: scale = 1
+      logical :: flip = .false., orient = .false.
+      real(wp), allocatable :: toward(:)
+   end type finish_t
 
 contains
 
@@ -40,20 +47,14 @@ contains
       integer, intent(in) :: levels !< generators: divisions are multiplied by 2**levels, which may be a fraction
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: generator, file
-      real(wp) :: scale
-      integer :: turned
-      real(wp), allocatable :: toward(:)
-      logical :: flip, orient
+      type(finish_t) :: finish
 
       if (allocated(error)) return
       if (has(group, 'file') .eqv. has(group, 'generator')) then
          call complain_about(group, '', 'either file or generator is expected; generators: '//generators, error)
          return
       end if
-      call get(group, 'scale', scale, error, default=1.0_wp, above=0.0_wp)
-      call get(group, 'flip', flip, error, default=.false.)
-      call get(group, 'orient', orient, error, default=has(group, 'orient_toward'))
-      if (has(group, 'orient_toward')) call get(group, 'orient_toward', toward, error, number=3)
+      call read_finish(group, finish, error)
       call read_normals(group, normals, error)
       if (has(group, 'file')) then
          call get(group, 'file', file, error)
@@ -63,15 +64,58 @@ contains
          if (.not. allocated(error)) call generate(group, generator, levels, mesh, error)
       end if
       if (allocated(error)) return
-      mesh%coordinates = scale*mesh%coordinates
-      mesh%surface%scale = scale
-      if (orient) call orient_triangles(mesh, turned, error, toward)
-      if (flip) mesh%triangles = mesh%triangles([1, 3, 2], :)
-      if (.not. allocated(error)) call check_mesh(mesh, error)
+      call finish_mesh(mesh, finish, error)
       if (allocated(file) .and. .not. allocated(error)) call add_automatic_sets(mesh, normals%crease_angle)
       if (allocated(error) .and. allocated(file)) error%message = file//': '//error%message
       call place_error(group, '', error)
    end subroutine read_mesh
+
+   !> The same with a mesh that whoever reads the input gives beside it.
+   subroutine take_mesh(group, given, mesh, normals, tied, error)
+      type(group_t), intent(inout) :: group
+      type(mesh_t), intent(in) :: given
+      type(mesh_t), intent(out) :: mesh
+      type(normals_choice_t), intent(out) :: normals !< for apply_normals
+      logical, intent(in) :: tied !< see `read_mesh`
+      type(error_t), allocatable, intent(inout) :: error
+      type(finish_t) :: finish
+      integer :: refine
+      if (has(group, 'file') .or. has(group, 'generator')) call complain_about(group, '', 'the mesh is given as arrays; neither &
+         &file nor generator is expected beside them', error)
+      if (allocated(error)) return
+      call get(group, 'refine', refine, error, default=0, minimum=0, maximum=0)
+      call read_finish(group, finish, error)
+      call read_normals(group, normals, error)
+      mesh = given
+      call get(group, 'coincident_nodes', mesh%coincident_nodes_allowed, error, default=tied)
+      call check_all_used(group, error)
+      if (allocated(error)) return
+      call finish_mesh(mesh, finish, error)
+      if (.not. allocated(error)) call add_automatic_sets(mesh, normals%crease_angle)
+      call place_error(group, '', error)
+   end subroutine take_mesh
+
+   subroutine read_finish(group, finish, error)
+      type(group_t), intent(inout) :: group
+      type(finish_t), intent(out) :: finish
+      type(error_t), allocatable, intent(inout) :: error
+      call get(group, 'scale', finish%scale, error, default=1.0_wp, above=0.0_wp)
+      call get(group, 'flip', finish%flip, error, default=.false.)
+      call get(group, 'orient', finish%orient, error, default=has(group, 'orient_toward'))
+      if (has(group, 'orient_toward')) call get(group, 'orient_toward', finish%toward, error, number=3)
+   end subroutine read_finish
+
+   subroutine finish_mesh(mesh, finish, error)
+      type(mesh_t), intent(inout) :: mesh
+      type(finish_t), intent(in) :: finish
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: turned
+      mesh%coordinates = finish%scale*mesh%coordinates
+      mesh%surface%scale = finish%scale
+      if (finish%orient) call orient_triangles(mesh, turned, error, finish%toward)
+      if (finish%flip) mesh%triangles = mesh%triangles([1, 3, 2], :)
+      if (.not. allocated(error)) call check_mesh(mesh, error)
+   end subroutine finish_mesh
 
    subroutine read_file(group, folder, file, tied, mesh, error)
       type(group_t), intent(inout) :: group

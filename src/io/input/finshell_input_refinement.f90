@@ -4,7 +4,7 @@ module finshell_input_refinement
    use finshell_bisection, only: begin_bisection, bisection_t
    use finshell_error, only: error_t, text_of
    use finshell_input_common, only: place_error
-   use finshell_input_mesh, only: read_mesh
+   use finshell_input_mesh, only: read_mesh, take_mesh
    use finshell_input_preset, only: preset_t
    use finshell_input_normals, only: apply_normals, crease_edges, normals_choice_t
    use finshell_input_sets, only: read_element_set, read_node_set
@@ -33,7 +33,7 @@ contains
    !> Generators make a finer or coarser mesh of their own surface. Meshes of files, and those whose nodes or elements the input
    !> knows by number, are cut triangle by triangle, on a smooth surface through their nodes unless `normals` is 'facet'.
    !> A bisection that has not begun begins with this mesh; the mesh of one that has is taken as it is.
-   subroutine read_any_mesh(namelist, folder, mesh, normals, preset, error, levels, bisection)
+   subroutine read_any_mesh(namelist, folder, mesh, normals, preset, error, levels, bisection, given)
       type(namelist_t), intent(inout) :: namelist
       character(len=*), intent(in) :: folder !< prefix of file names
       type(mesh_t), intent(out) :: mesh
@@ -42,11 +42,18 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       integer, intent(in), optional :: levels
       type(bisection_t), intent(inout), optional :: bisection
+      type(mesh_t), intent(in), optional :: given !< by whoever reads the input; it stays as it is
       integer :: at, refine
       if (allocated(error)) return
       do at = 1, size(namelist%groups)
          if (namelist%groups(at)%name == 'mesh') exit
       end do
+      if (present(given)) then
+         preset%refine = 0
+         call take_mesh(namelist%groups(at), given, mesh, normals, is_tied(namelist), error)
+         if (.not. allocated(error)) call read_sets(namelist, mesh, error)
+         return
+      end if
       call get(namelist%groups(at), 'refine', refine, error, default=0, minimum=-most_levels, maximum=most_levels)
       if (allocated(error)) return
       if (has(namelist%groups(at), 'refine')) preset%refine = 0

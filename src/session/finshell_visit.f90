@@ -1,0 +1,42 @@
+!> What a host has before a call and gets back behind it: its floating-point environment, the numbers of threads of OpenMP and BLAS.
+module finshell_visit
+   use finshell_blas_threads, only: set_blas_threads, threads_of_blas
+   use finshell_environment, only: environment_t, hold, release
+!$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
+   implicit none
+   private
+   public :: visit_t
+
+   type :: visit_t
+      type(environment_t), private :: environment
+      integer, private :: threads = 0, blas = 0
+   contains
+      procedure :: begin
+      procedure :: work_with
+      procedure :: leave
+   end type visit_t
+
+contains
+
+   subroutine begin(self)
+      class(visit_t), intent(inout) :: self
+      call hold(self%environment)
+      !$ self%threads = omp_get_max_threads()
+      self%blas = threads_of_blas()
+   end subroutine begin
+
+   !> So many threads, and the BLAS in the one that calls it.
+   subroutine work_with(self, threads)
+      class(visit_t), intent(in) :: self
+      integer, intent(in) :: threads
+      !$ if (self%threads > 0) call omp_set_num_threads(threads)
+      if (self%blas > 1) call set_blas_threads(1)
+   end subroutine work_with
+
+   subroutine leave(self)
+      class(visit_t), intent(in) :: self
+      !$ call omp_set_num_threads(self%threads)
+      if (self%blas > 1) call set_blas_threads(self%blas)
+      call release(self%environment)
+   end subroutine leave
+end module finshell_visit
