@@ -34,6 +34,7 @@ module finshell_driver
    use finshell_rung, only: watch_rung, write_rung
    use finshell_runs, only: is_several, several_runs
    use finshell_solver_choice, only: choose_solver
+   use finshell_sensitivity_models, only: prepare_sensitivities
    use finshell_speaker, only: speaker_t
    use finshell_step, only: is_in_time
    use finshell_status, only: status_input_error
@@ -176,6 +177,8 @@ contains
       if (complain(error, speaks)) return
       call check_steps(input, problem, error)
       if (complain(error, speaks)) return
+      call prepare_sensitivities(input, options%refine, associated(options%team), problem, reporter%sensitivities, error)
+      if (complain(error, speaks)) return
       if (speaks) then
          call warn(warning_of(input, problem))
          call warn(mesh_warning(input))
@@ -256,6 +259,7 @@ contains
       if (allocated(options%rung) .and. allocated(reporter%final)) call write_rung(options%folder//options%rung//'.rung', &
          size(input%structure%mesh%coordinates, 2), size(input%structure%mesh%triangles, 2), problem%n, path%iterations, &
          reporter%final, error)
+      if (speaks .and. allocated(reporter%sensitivities)) call warn(reporter%sensitivities%complaint())
       if (speaks) call print_summary(options, input, problem, path, reporter, allocated(error))
       code = exit_ok
       if (complain(error, speaks)) code = merge(exit_interrupted, exit_incomplete, stopped)
