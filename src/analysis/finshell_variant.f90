@@ -101,10 +101,8 @@ contains
       associate (mine => self%problem)
          mine%state = problem%state
          motion = held_motion(self%problem, problem%state) - held_motion(problem, problem%state)
-         if (any(abs(motion) > 0)) then
-            call move_state(mine%state, motion)
-            call turn_held(mine%equations, mine%state)
-         end if
+         if (any(abs(motion) > 0)) call move_state(mine%state, motion)
+         call turn_held(mine%equations, mine%state)
          if (.not. mine%equations%links%any()) return
          call mine%equations%links%settle(mine%state)
          call mine%equations%links%refresh(mine%state)

@@ -148,7 +148,7 @@ contains
       text = ''
       associate (s => input%structure)
          if (size(curved_elements(s, [(i, i=1, size(s%element_section))])) > 0) then
-            text = "normals of a curved reference hang on more nodes than those of an element: take normals = 'facets' in &mesh"
+            text = "normals of a curved reference hang on more nodes than those of an element: take normals = 'facet' in &mesh"
          else if (allocated(s%joints)) then
             text = 'joints (&tie, &rigid_body, &equal, &equation)'
          else if (size(s%chambers) > 0) then
