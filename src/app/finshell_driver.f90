@@ -35,6 +35,7 @@ module finshell_driver
    use finshell_restart_file, only: restart_head_t
    use finshell_rung, only: watch_rung, write_rung
    use finshell_runs, only: is_several, several_runs
+   use finshell_sensitivity_models, only: prepare_sensitivities
    use finshell_speaker, only: speaker_t
    use finshell_step, only: is_in_time
    use finshell_status, only: status_input_error
@@ -169,6 +170,8 @@ contains
       call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
       call prepare(input, problem, options%team, error)
       if (complain(error, speaks)) return
+      call prepare_sensitivities(input, options%refine, associated(options%team), problem, reporter%sensitivities, error)
+      if (complain(error, speaks)) return
       if (speaks) then
          call warn(warning_of(input, problem))
          call warn(mesh_warning(input))
@@ -249,6 +252,7 @@ contains
       if (allocated(options%rung) .and. allocated(reporter%final)) call write_rung(options%folder//options%rung//'.rung', &
          size(input%structure%mesh%coordinates, 2), size(input%structure%mesh%triangles, 2), problem%n, path%iterations, &
          reporter%final, error)
+      if (speaks .and. allocated(reporter%sensitivities)) call warn(reporter%sensitivities%complaint())
       if (speaks) call print_summary(options, input, problem, path, reporter, allocated(error))
       code = exit_ok
       if (complain(error, speaks)) code = merge(exit_interrupted, exit_incomplete, stopped)

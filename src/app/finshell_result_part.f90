@@ -31,6 +31,7 @@ module finshell_result_part
       integer, allocatable :: elements(:), nodes(:) !< of the mesh; unallocated: all
       integer :: last_written = -1
       logical :: due = .false. !< the increment under way is to be written
+      type(field_t), allocatable :: more_points(:), more_cells(:) !< fields of the whole mesh, beside those of `output`
    contains
       procedure :: lay_out
       procedure :: find_due
@@ -196,10 +197,28 @@ contains
       type(linear_change_t), intent(in), optional, target :: change
       points = point_fields(problem, state, self%output, change, self%nodes)
       cells = cell_fields(self%output, recovery, self%elements)
+      if (allocated(self%more_points)) then
+         points = [points, part_of_fields(self%more_points, self%nodes)]
+         cells = [cells, part_of_fields(self%more_cells, self%elements)]
+      end if
       if (.not. allocated(self%nodes)) return
       points = [points, field_t('node_number', 1, reshape(real(self%nodes, wp), [1, size(self%nodes)]))]
       cells = [cells, field_t('element_number', 1, reshape(real(self%elements, wp), [1, size(self%elements)]))]
    end subroutine fields_of
+
+   !> Fields of some of the items; unallocated: of all.
+   pure function part_of_fields(fields, items) result(part)
+      type(field_t), intent(in) :: fields(:)
+      integer, allocatable, intent(in) :: items(:)
+      type(field_t), allocatable :: part(:)
+      integer :: i
+      part = fields
+      if (.not. allocated(items)) return
+      do i = 1, size(part)
+         part(i)%values = fields(i)%values(:, items)
+         part(i)%missing = fields(i)%missing(items)
+      end do
+   end function part_of_fields
 
    !> The part as a mesh.
    function mesh_of(self, mesh) result(part)

@@ -14,6 +14,8 @@ module finshell_watching
    use finshell_result_fields, only: error_entry
    use finshell_result_part, only: result_part_t
    use finshell_state, only: state_t, linear_change_t
+   use finshell_sensitivity, only: sensitivities_t
+   use finshell_step, only: is_in_time, leaves_state
    use finshell_tally, only: tally_t
    implicit none
    private
@@ -30,6 +32,7 @@ module finshell_watching
       type(name_t), allocatable :: cases(:) !< of loads and supports, whose factors are columns of the history
       real(wp) :: duration = 0 !< of all steps in time; 0: there are none
       logical :: energy = .false. !< columns of the balance of energy
+      type(sensitivities_t), allocatable :: sensitivities !< columns and fields of derivatives
       integer :: mesh = 0 !< number of the present one where there are several (a column of the history)
    contains
       procedure :: look_up
@@ -51,6 +54,7 @@ contains
       if (allocated(self%cases)) names = [names, factor_names(self%problem, self%cases)]
       if (self%mesh > 0) names = [names, name_t('mesh')]
       if (self%energy) names = [names, energy_names(self%cases, self%duration > 0)]
+      if (allocated(self%sensitivities)) names = [names, self%sensitivities%column_names()]
    end function column_names
 
    !> Look up what the monitors watch in the mesh, and what parts of it have files.
@@ -78,9 +82,6 @@ contains
       type(recovery_t), intent(out) :: recovery
       type(linear_change_t), intent(in), optional, target :: change
       integer, allocatable :: elements(:), entries(:)
-      real(wp), allocatable :: values(:)
-      logical, allocatable :: missing(:)
-      integer :: i
 
       call wanted_results(self, elements, entries)
       if (size(entries) > 0) call recover(self%problem, state, elements, entries, recovery, change)
@@ -93,12 +94,44 @@ contains
          row%monitors = [row%monitors, real(self%mesh, wp)]
          row%missing = [row%missing, .false.]
       end if
-      if (.not. self%energy) return
+      if (self%energy) call add_energy(self, record, row)
+      if (allocated(self%sensitivities)) call add_derivatives(self, state, record, row)
+   end subroutine evaluate
+
+   subroutine add_energy(self, record, row)
+      class(watching_t), intent(in) :: self
+      type(record_t), intent(in) :: record
+      type(increment_t), intent(inout) :: row
+      real(wp), allocatable :: values(:)
+      logical, allocatable :: missing(:)
       call energy_values(record, self%problem%factor_of_case(2:), self%duration > 0, values, missing)
       row%monitors = [row%monitors, values]
       row%missing = [row%missing, missing]
       if (self%duration > 0) call add_static_energy(record, row%motion)
-   end subroutine evaluate
+   end subroutine add_energy
+
+   !> Derivatives at a converged increment of a static step. Others have none, nor has what is let go before a step.
+   subroutine add_derivatives(self, state, record, row)
+      class(watching_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      type(record_t), intent(in) :: record
+      type(increment_t), intent(inout) :: row
+      integer :: i
+      associate (s => self%sensitivities)
+         if (record%increment == 0 .or. leaves_state(record%control) .or. is_in_time(record%control) &
+             .or. state%release_factor > 0) then
+            call s%clear(self%problem%structure)
+         else
+            call s%differentiate(self%problem, self%watches, record%control, any(self%parts%due))
+         end if
+         row%monitors = [row%monitors, s%values]
+         row%missing = [row%missing, s%missing]
+         do i = 1, size(self%parts)
+            self%parts(i)%more_points = s%points
+            self%parts(i)%more_cells = s%cells
+         end do
+      end associate
+   end subroutine add_derivatives
 
    !> Elements and entries to recover.
    subroutine wanted_results(self, elements, entries)

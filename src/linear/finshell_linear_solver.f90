@@ -56,7 +56,7 @@ module finshell_linear_solver
       integer :: analyses = 0 !< orderings: one for all that has this pattern
       integer :: factorisations = 0 !< numeric ones tried, including failed ones
       type(solver_options_t) :: options !< to be set before `analyse`
-      type(sparsity_t), private :: pattern
+      type(sparsity_t) :: pattern !< is read by others, never changed
       real(dp), allocatable, private :: values(:), scale(:)
       integer, allocatable, private :: order(:)
       class(direct_solver_t), allocatable, private :: first, second !< the second, if there is one, for indefinite matrices

@@ -37,13 +37,16 @@ module finshell_input
    use finshell_input_node, only: add_nodes
    use finshell_input_output, only: read_outputs
    use finshell_input_probe, only: probe_t, read_probes
+   use finshell_input_sensitivity, only: read_sensitivities
+   use finshell_sensitivity_choice, only: sensitivity_choice_t
    implicit none
    private
    public :: input_t, read_input, parse_input, job_name, group_names
 
    character(len=*), parameter :: group_names = &
       'job, mesh, node, node_set, element_set, material, section, support, tie, rigid_body, equal, equation, load, chamber, ' &
-      //'amplitude, step, initial_velocity, imperfection, monitor, probe, output, accuracy, '//connector_groups
+      //'amplitude, step, initial_velocity, imperfection, monitor, sensitivity, probe, output, ' &
+      //'accuracy, '//connector_groups
 
    !> All that an input file says.
    type :: input_t
@@ -61,6 +64,7 @@ module finshell_input
       integer, allocatable :: load_lines(:), chamber_lines(:), step_lines(:) !< where loads, chambers and steps stand in the file
       real(wp), allocatable :: velocity(:, :) !< (n_nodal, nodes) and spins at the beginning of the first step in time
       type(monitor_t), allocatable :: monitors(:)
+      type(sensitivity_choice_t), allocatable :: sensitivities(:)
       type(probe_t), allocatable :: probes(:)
       type(output_t), allocatable :: outputs(:) !< result files; of the first one all keys count
       type(accuracy_t), allocatable :: accuracy !< unallocated: the mesh stays as it is
@@ -367,6 +371,7 @@ contains
             return
          end if
       end do
+      call read_sensitivities(namelist, input%monitors, input%steps, input%sensitivities, error)
       call read_probes(namelist, input%structure%mesh, input%probes, error)
       do i = 1, size(namelist%groups)
          if (namelist%groups(i)%name /= 'accuracy' .or. allocated(error)) cycle

@@ -12,7 +12,7 @@ module finshell_setting
    use finshell_text, only: figures, is_name, lower_case, parse_real
    implicit none
    private
-   public :: alternative_t, setting_t, new_setting, apply_setting, single_setting
+   public :: alternative_t, setting_t, new_setting, apply_setting, find_group, single_setting
 
    type :: alternative_t
       character(len=:), allocatable :: text !< as a namelist has it
