@@ -4,15 +4,15 @@
 !> Whatever an element needs to know beside its nodes (material direction, normals, held sides, thickness, growth) is gathered with
 !> them, so no caller can forget it.
 module finshell_discretisation
-   use finshell_batch, only: evaluate_elements, predict_resultants, rotation_quaternion
+   use finshell_batch, only: evaluate_elements, n_growth, predict_resultants, rotation_quaternion
    use finshell_field_batch, only: recover_fields
    use finshell_freedoms, only: n_corners, n_membrane, n_shell
-   use finshell_growth, only: n_growth, stress_free
    use finshell_kinds, only: wp, i4
    use finshell_membrane_batch, only: evaluate_membranes
    use finshell_section, only: section_t
    use finshell_state, only: state_t
    use finshell_status, only: status_ok
+   use finshell_stress_free, only: stress_free
    use finshell_structure, only: structure_t
    implicit none
    private

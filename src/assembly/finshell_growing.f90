@@ -6,7 +6,7 @@ module finshell_growing
    use finshell_discretisation, only: evaluate_gathered, freedoms, gather_elements, gathered_t
    use finshell_factor, only: factors_at
    use finshell_freedoms, only: n_corners, n_nodal, rx, rz, ux, uz
-   use finshell_growth, only: largest_rate
+   use finshell_stress_free, only: largest_rate
    use finshell_kinds, only: wp, i4
    use finshell_state, only: linear_change_t, moved_state, new_state, state_t
    use finshell_status, only: status_ok

@@ -2,7 +2,7 @@
 module finshell_structure
    use finshell_connector, only: connector_t, turns_nodes
    use finshell_factor, only: by_constant_factor
-   use finshell_growth, only: growths_t
+   use finshell_stress_free, only: growths_t
    use finshell_joint, only: joints_t
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t

@@ -169,6 +169,98 @@ class Growth(unittest.TestCase):
         row = self.solve(text.format(over).replace("type = 'line' edge_set = 'edge_x1' vector = 0.0, 0.0, 1e-4", "type = 'gravity' vector = 0, 0, 1e-3"))[-1]
         self.assertAlmostEqual(row["R"] / (-2.0 * 1.5 * 1e-3), 1, delta=1e-6)
 
+    def test_fields_of_files(self):
+        # a taper by elements, by nodes, by node sets, by sets and by the results of another run: the same weight
+        mesh = "&mesh generator = 'rectangle' lengths = 4.0, 1.0 divisions = 4, 2 /\n"
+        rest = (REFERENCE + "&support node_set = 'edge_x0' type = 'clamped' /\n&load type = 'gravity' vector = 0, 0, 1 /\n"
+                "&monitor name = 'R' quantity = 'reaction' component = 'z' node_set = 'edge_x0' /\n&step control = 'linear' /\n")
+        over = "&field name = 't' over = 'x' points = 0, 0.1, 4, 0.3 /\n"
+        section = "&section thickness_field = 't' /\n"
+        with tempfile.TemporaryDirectory() as folder:
+            weight = self.run_in(folder, mesh + over + section + rest + "&output fields = 'thickness_stretch' /\n")[-1]["R"]
+            self.assertAlmostEqual(weight, -0.8, delta=1e-9)
+            (Path(folder) / "c.vtkhdf").rename(Path(folder) / "before.vtkhdf")
+            nodes = sum((["%g # x = %d" % (0.1 + 0.05 * x, x)] for y in range(3) for x in range(5)), [])
+            (Path(folder) / "nodes.txt").write_text("\n".join(nodes) + "\n")
+            (Path(folder) / "elements.txt").write_text("0.2\n" * 8 + "\n0.2\n0.2, # and more\n" + "0.2\n" * 6)
+            by_sets = "".join(f"&node_set name = 'x{x}' x = {x}.0, {x}.0 /\n&field name = 't' node_set = 'x{x}' value = {0.1 + 0.05 * x} /\n" for x in range(5))
+            for field in ("&field name = 't' file = 'nodes.txt' /\n", "&field name = 't' file = 'elements.txt' /\n", by_sets,
+                          "&field name = 't' value = 0.2 /\n", "&field name = 't' node_set = 'all' value = 0.2 /\n",
+                          "&field name = 't' node_set = 'edge_x0' value = 0.2 otherwise = 0.2 /\n"):
+                with self.subTest(field=field):
+                    self.assertAlmostEqual(self.run_in(folder, mesh + field + section + rest)[-1]["R"], weight, delta=1e-9)
+            # the thickness stretch at rest is 1
+            row = self.run_in(folder, mesh + "&field name = 't' file = 'before.vtkhdf' array = 'thickness_stretch' increment = 1 /\n" + section + rest)[-1]
+            self.assertAlmostEqual(row["R"], -4, delta=1e-5)
+            for more, words in (("array = 'thicknes'", "there is no cell data 'thicknes' of one to 3 numbers in the file"),
+                                ("array = 'thickness_stretch' increment = 7", "increment 7 is not in the file")):
+                self.assertIn(words, self.run_in(folder, mesh + f"&field name = 't' file = 'before.vtkhdf' {more} /\n" + section + rest, 2))
+            # a refined mesh has the field of the mesh before
+            (Path(folder) / "mesh.vtkhdf").write_bytes((Path(folder) / "before.vtkhdf").read_bytes())
+            finer = "&mesh file = 'mesh.vtkhdf' refine = 1 /\n"
+            for field in ("&field name = 't' file = 'nodes.txt' /\n", "&field name = 't' file = 'elements.txt' /\n"):
+                self.assertAlmostEqual(self.run_in(folder, finer + field + section + rest)[-1]["R"], weight, delta=1e-9)
+            # layers keep their proportions; the nodes stay on the bottom
+            row = self.run_in(folder, mesh + over + "&section thickness = 1.0, 3.0 thickness_field = 't' offset_ratio = 0.5 /\n" + rest)[-1]
+            self.assertAlmostEqual(row["R"], weight, delta=1e-9)
+            row = self.run_in(folder, mesh + over + "&field name = 'o' value = 0.1 /\n&section thickness_field = 't' offset_field = 'o' /\n" + rest)[-1]
+            self.assertAlmostEqual(row["R"], weight, delta=1e-9)
+
+    def test_malformed(self):
+        good = SQUARE + "&section thickness = 0.1 /\n&step load_factor = 1.0 /\n"
+        field, growth = "&field name = 't' value = 0.1 /\n", "&growth growth = 1.1 /\n"
+        sets = "&element_set name = 'left' x = 0.0, 1.0 /\n"
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in (("empty", "# nothing\n"), ("word", "1.0\n2.0x\n"), ("short", "1\n2\n"), ("ragged", "1 2\n1\n"), ("wide", "1 2 3 4\n")):
+                (Path(folder) / f"{name}.txt").write_text(text)
+            cases = [
+                (field.replace("value = 0.1", ""), "one of value, over and file is expected; 0 were found"),
+                (field.replace("/", "file = 'x' /"), "one of value, over and file is expected; 2 were found"),
+                (sets + field.replace("/", "node_set = 'centre' element_set = 'left' /"), "a node set has a value, and no element set beside it"),
+                (field.replace("/", "otherwise = 1.0 /"), "&field otherwise: it belongs to node_set, which is missing"),
+                (field + field.replace("0.1", "0.1 0.2"), "2 numbers for each element, but the groups of this name before it have 1"),
+                (field.replace("0.1", "4*0.1"), "&field value: 4 numbers were found; expected one to three"),
+                (field.replace("value = 0.1", "over = 'x' points = 0, 1, 2"), "3 numbers were found; expected two points or more, each a length, and a value"),
+                (field.replace("value = 0.1", "over = 'x' points = 0, 1, 0, 2"), "the lengths of the points have to rise"),
+                (field.replace("value = 0.1", "file = 'none.txt'"), "none.txt"),
+                (field.replace("value = 0.1", "file = 'empty.txt'"), "empty.txt has no numbers"),
+                (field.replace("value = 0.1", "file = 'word.txt'"), "word.txt:2: '2.0x' is no number"),
+                (field.replace("value = 0.1", "file = 'ragged.txt'"), "ragged.txt:2: 1 numbers were found; expected 2 as in the lines before"),
+                (field.replace("value = 0.1", "file = 'wide.txt'"), "wide.txt:1: there are more than 3 numbers in this line"),
+                (field.replace("value = 0.1", "file = 'short.txt'"),
+                 "short.txt has 2 lines of numbers; expected one for each of the 48 elements or of the 35 nodes of the mesh"),
+                (field.replace("value = 0.1", "file = 'short.txt' array = 'thickness'"), "short.txt"),
+                ("&growth /\n", "one of growth, growth_field, prestretch, prestretch_field and expansion is expected; 0 were found"),
+                ("&growth growth = 1.1 prestretch = 1.1 /\n", "prestretch_field and expansion is expected; 2 were found"),
+                (growth.replace("1.1", "4*1.1"), "&growth growth: 4 numbers were found; expected one to three"),
+                (growth.replace("1.1", "-0.5"), "the stretch of element 1 is -5.000000E-01; expected is a positive number, 1 where nothing grows"),
+                ("&growth expansion = -0.1 temperature = 20 /\n", "the stretch of element 1 is -1.0"),
+                ("&growth expansion = 0.1 /\n", "temperature"),
+                (growth.replace("/", "layer = 2 /"), "layer 2 was found; the section of element 1 has 1"),
+                ("&growth growth_field = 'g' /\n", "there is no &field 'g'; there are: (none)"),
+                (field + "&growth growth_field = 'tt' /\n", "there is no &field 'tt'"),
+                (sets + field.replace("/", "element_set = 'left' /") + "&growth growth_field = 't' /\n", "the field 't' does not cover element"),
+                (field.replace("0.1", "0.1 0.1") + "&growth expansion = 0.1 temperature_field = 't' /\n", "the field 't' has 2 numbers for each element; expected one"),
+                (growth.replace("/", "constant = .true. case = 'a' /"), "what is constant has no case"),
+                (growth + "&accuracy /\n&growth growth = 1.1 until_step = 1 /\n", "growth comes or goes between steps, which cannot go on from mesh to mesh"),
+                (growth.replace("/", "until_step = 2 /"), "the input has 1 steps; 2 was found"),
+            ]
+            for text, words in cases:
+                with self.subTest(text=text):
+                    self.assertIn(words, self.run_in(folder, good + text, 2, "check"))
+            for section, words in (("thickness_field = 't'", "&section thickness_field: element 1 gets the thickness -1.000000E-01; expected is a positive number"),
+                                   ("thickness = 0.1 offset = 0.1 offset_ratio = 0.5", "at most one of offset, offset_ratio and offset_field is expected"),
+                                   ("type = 'membrane' thickness = 0.1 offset_ratio = 0.5", "a section of type 'membrane' has none")):
+                text = good.replace("&section thickness = 0.1", "&section " + section) + field.replace("0.1", "-0.1")
+                self.assertIn(words, self.run_in(folder, text, 2, "check"))
+            both = good.replace("thickness = 0.1", "type = 'membrane' thickness = 0.1, 0.1")
+            self.assertIn("the layers of the membrane of element 1 would grow apart", self.run_in(folder, both + growth.replace("/", "layer = 1 /"), 2, "check"))
+            explicit = good.replace("load_factor = 1.0", "control = 'explicit' duration = 1.0")
+            self.assertIn("explicit steps do not know growth that changes with them (&growth number 1); control = 'dynamic' does",
+                          self.run_in(folder, explicit + growth, 2, "check"))
+            thick = good.replace("thickness = 0.1", "thickness_field = 't'") + field + "&imperfection wave_length = 1.0 amplitudes = 0.1 times_thickness = .true. /\n"
+            self.assertIn("the thickness is a field (thickness_field); give lengths", self.run_in(folder, thick, 2, "check"))
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -2,7 +2,7 @@
 module finshell_input_growth
    use finshell_error, only: error_t, text_of
    use finshell_factor, only: by_case, by_load_factor
-   use finshell_growth, only: growth_t, new_growths
+   use finshell_stress_free, only: growth_t, new_growths
    use finshell_input_case, only: get_scaling, get_span, scales_t
    use finshell_input_common, only: get_sets, kind_element
    use finshell_input_field, only: field_t, get_field
@@ -104,6 +104,7 @@ contains
          if (.not. allocated(error)) call take_stretches(values, index(key, 'prestretch') == 1, one)
       end if
       call check_all_used(group, error)
+      call check_membranes(group, structure, one, error)
       if (allocated(error)) return
       if (all(one%stretch(:2, :) > 0) .and. all(one%stretch(3, :) >= 0)) return
       at = findloc(any(one%stretch(:2, :) <= 0, dim=1) .or. one%stretch(3, :) < 0, .true., dim=1)
@@ -164,6 +165,29 @@ contains
          return
       end do
    end subroutine read_layers
+
+   !> The layers of a membrane grow together: it cannot bend.
+   subroutine check_membranes(group, structure, one, error)
+      type(group_t), intent(in) :: group
+      type(structure_t), intent(in) :: structure
+      type(growth_t), intent(in) :: one
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: e
+      logical :: alike
+      if (allocated(error)) return
+      do e = 1, size(one%elements)
+         associate (section => structure%sections(structure%element_section(one%elements(e))), &
+                    stretch => one%stretch(:, min(e, size(one%stretch, 2))))
+            if (.not. section%membrane .or. size(section%layers) == 1) cycle
+            alike = all(abs(section%layers%cosine*section%layers(1)%sine - section%layers%sine*section%layers(1)%cosine) <= 0) &
+                    .or. abs(stretch(1) - stretch(2)) <= 0
+            if (size(one%layers) == 0 .and. alike) cycle
+            call complain_about(group, '', 'the layers of the membrane of element '//text_of(one%elements(e))//' would grow apart; ' &
+                                //'they can only grow alike, as a membrane does not bend', error)
+            return
+         end associate
+      end do
+   end subroutine check_membranes
 
    !> One to three numbers, the same for all elements.
    subroutine get_numbers(group, key, values, error)

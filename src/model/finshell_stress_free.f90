@@ -4,7 +4,8 @@
 !> A growth has stretches g1, g2 along and across the material direction of a layer, and g3 of its thickness. They rise in
 !> proportion to a factor f (finshell_factor), 1 + f (g - 1); a prestretch p is its inverse, 1/(1 + f (p - 1)). Where several act
 !> on a layer their logarithms are added up, ln U = sum ln U_i: where they have the same axes the stretches multiply.
-module finshell_growth
+module finshell_stress_free
+   use finshell_batch, only: n_growth
    use finshell_factor, only: by_load_factor, factor_at, present_place
    use finshell_kinds, only: wp
    use finshell_section, only: layer_t
@@ -12,9 +13,7 @@ module finshell_growth
    use finshell_state, only: state_t
    implicit none
    private
-   public :: growth_t, growths_t, n_growth, new_growths, stress_free, scaled_factors, largest_rate
-
-   integer, parameter :: n_growth = 4 !< numbers of a layer: strains 11, 22, 2*12, and the growth of the thickness less 1
+   public :: growth_t, growths_t, new_growths, stress_free, scaled_factors, largest_rate
 
    type :: growth_t
       integer :: scaling = by_load_factor !< see finshell_factor
@@ -163,4 +162,4 @@ contains
          end associate
       end do
    end function largest_rate
-end module finshell_growth
+end module finshell_stress_free
