@@ -212,6 +212,16 @@ typedef struct finshell_elements {
    const int32_t *straight; /* [n][3] of each side (nodes 0-1, 1-2, 2-0): 0 free; 1 not bent by drilling rotations, because its
                                displacement along its normal in the plane of the element is prescribed; 2 nor by slopes, because
                                that along the normal of the element is prescribed, too. NULL: all free. */
+   /* What elements have of their own instead of the section's, so that one section serves all; NULL: nothing. */
+   const double *thickness; /* [n] of the whole section, > 0, length; its layers keep their shares */
+   const double *offset;    /* [n] height of the middle of the section above the surface of the nodes, length; of membranes not looked
+                               at */
+   const double *growth;    /* [n][layers][4] how each layer has grown since the reference, or shrunk: Green-Lagrange strain of its
+                               stress-free state, E11, E22, 2 E12 along the material direction of the element, and growth of its
+                               thickness, current over reference, less 1. With a stretch g all round, 0.5 (g g - 1), the same, 0, g - 1;
+                               of a sheet that has been stretched by g before it was built in, g being replaced by 1/g. Law, strains and
+                               stretches count from there, thickness stretch and resultants from the reference. All layers of a membrane
+                               grow the same. */
 } finshell_elements;
 
 /* Energy, force and tangent of n elements of one section.
@@ -287,6 +297,11 @@ int32_t finshell_recover(const finshell_section *section, int32_t n, const doubl
  * Errors: -1, -2, -3, -6. Since 0.1. */
 int32_t finshell_mass_matrix(const finshell_section *section, int32_t n, const double *X, double *consistent, double *lumped,
                       int32_t *codes, finshell_status *status);
+
+/* The same for the elements of a block, of which X, thickness and offset count: what has grown keeps its mass.
+ * Errors: -1, -2, -3, -6. Since 0.1. */
+int32_t finshell_elements_mass(const finshell_section *section, const finshell_elements *elements, double *consistent,
+                               double *lumped, int32_t *codes, finshell_status *status);
 
 /* Follower pressure on n flat triangles, in displacements only: that of membranes. On curved elements: finshell_elements_pressure.
  *   pressure [n]           per current area, positive along the current normal

@@ -70,6 +70,9 @@ module finshell_c
       type(c_ptr) :: normals = c_null_ptr
       type(c_ptr) :: toward = c_null_ptr
       type(c_ptr) :: straight = c_null_ptr
+      type(c_ptr) :: thickness = c_null_ptr
+      type(c_ptr) :: offset = c_null_ptr
+      type(c_ptr) :: growth = c_null_ptr
    end type finshell_elements
 
    type, bind(c) :: finshell_field_entry
@@ -281,6 +284,17 @@ module finshell_c
          type(finshell_status), intent(out), optional :: status
          integer(c_int32_t) :: code
       end function finshell_mass_matrix
+
+      function finshell_elements_mass(section, elements, consistent, lumped, codes, status) result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
+         type(c_ptr), value :: section
+         type(finshell_elements), intent(in) :: elements
+         real(c_double), intent(out), optional :: consistent(*)
+         real(c_double), intent(out), optional :: lumped(*)
+         integer(c_int32_t), intent(out), optional :: codes(*)
+         type(finshell_status), intent(out), optional :: status
+         integer(c_int32_t) :: code
+      end function finshell_elements_mass
 
       function finshell_pressure_load(n, pressure, x, u, form, origin, force, stiffness, codes, status) result(code) bind(c)
          import :: c_double, c_int32_t, finshell_status

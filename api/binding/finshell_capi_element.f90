@@ -3,11 +3,11 @@
 !> A C pointer that may be NULL is an optional argument, absent when NULL. The short forms make a block of their arguments and go
 !> the same way.
 module finshell_capi_element
-   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int32_t, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int32_t, c_null_ptr, c_ptr
    use finshell_batch, only: evaluate_elements, recover_elements
    use finshell_capi_common, only: c_status_t, check_batch, judge, refuse, refuse_memory
-   use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, receive_section, &
-      whole_block
+   use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, &
+      receive_own, receive_section, whole_block
    use finshell_environment, only: environment_t, hold, release
    use finshell_mass, only: mass_elements, mass_membranes
    use finshell_membrane_batch, only: evaluate_membranes, recover_membranes
@@ -15,7 +15,7 @@ module finshell_capi_element
    use finshell_status, only: status_ok
    implicit none
    private
-   public :: elements_evaluate, elements_recover, evaluate, recover, mass
+   public :: elements_evaluate, elements_recover, elements_mass, evaluate, recover, mass
 
    integer, parameter :: few = 64 !< elements whose codes need no heap
    integer, parameter :: most_threads = 256 !< results do not depend on it; OpenMP ends the program when it gets too few
@@ -93,6 +93,7 @@ contains
       type(c_elements_t) :: block
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
+      real(c_double), pointer, contiguous :: thickness(:), offset(:), growth(:, :, :)
       integer, allocatable :: held(:, :)
       integer(c_int32_t), target :: local(few)
       integer(c_int32_t), allocatable, target :: many(:)
@@ -106,6 +107,7 @@ contains
       block = as_seen_by(s, given)
       code = receive(place, block, freedoms_of(s), x, u, r, state, direction, normal, toward, held, status)
       if (code /= status_ok .or. block%n == 0) return
+      call receive_own(block, s, thickness, offset, growth)
       if (present(codes)) then
          found => codes
       else if (block%n <= few) then
@@ -125,10 +127,11 @@ contains
       nullify (team) ! and so absent in the call: as OpenMP chooses
       if (number /= 0) team => number
       if (s%membrane) then
-         call evaluate_membranes(s, block%n, x, u, found, energy, force, tangent, direction, team, toward)
+         call evaluate_membranes(s, block%n, x, u, found, energy, force, tangent, direction, team, toward, &
+                                 thickness=thickness, growth=growth)
       else
          call evaluate_elements(s, block%n, x, u, r, block%convention, found, energy, force, tangent, direction, team, state, &
-                                toward=toward, held=held, normal=normal)
+                                toward=toward, held=held, normal=normal, thickness=thickness, offset=offset, growth=growth)
       end if
       code = conclude(place, block, found, status)
    end function evaluate_given
@@ -146,6 +149,7 @@ contains
       type(c_elements_t) :: block
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
+      real(c_double), pointer, contiguous :: thickness(:), offset(:), growth(:, :, :)
       integer, allocatable :: held(:, :)
       integer(c_int32_t), allocatable :: found(:)
       integer :: memory
@@ -155,59 +159,88 @@ contains
       block = as_seen_by(s, given)
       code = receive(place, block, freedoms_of(s), x, u, r, state, direction, normal, toward, held, status)
       if (code /= status_ok .or. block%n == 0) return
+      call receive_own(block, s, thickness, offset, growth)
       allocate (found(block%n), stat=memory)
       if (memory /= 0) then
          code = refuse_memory(status, place)
          return
       end if
       if (s%membrane) then
-         call recover_membranes(s, block%n, x, u, found, stretch, membrane_force, stress, direction=direction)
+         call recover_membranes(s, block%n, x, u, found, stretch, membrane_force, stress, direction=direction, &
+                                thickness=thickness, growth=growth)
          if (present(moment)) moment = 0
       else
          call recover_elements(s, block%n, x, u, r, block%convention, found, stretch, membrane_force, moment, stress, direction, &
-                               state, held=held, normal=normal)
+                               state, held=held, normal=normal, thickness=thickness, offset=offset, growth=growth)
       end if
       if (present(codes)) codes = found
       code = conclude(place, block, found, status)
    end function recover_given
 
+   function elements_mass(section, elements, consistent, lumped, codes, status) result(code) bind(c, name='finshell_elements_mass')
+      type(c_ptr), value :: section, elements
+      real(c_double), intent(out), optional :: consistent(*), lumped(*)
+      integer(c_int32_t), intent(out), optional :: codes(*)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      character(len=*), parameter :: place = 'finshell_elements_mass'
+      type(c_elements_t) :: block
+      code = read_block(place, elements, block, status)
+      if (code == status_ok) code = mass_given(place, section, block, consistent, lumped, codes, status)
+   end function elements_mass
+
    function mass(section, n, x, consistent, lumped, codes, status) result(code) bind(c, name='finshell_mass_matrix')
-      type(c_ptr), value :: section
+      type(c_ptr), value :: section, x
       integer(c_int32_t), value :: n
-      real(c_double), intent(in), optional :: x(3, 3, n)
       real(c_double), intent(out), optional :: consistent(*), lumped(*)
       integer(c_int32_t), intent(out), optional :: codes(n)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      character(len=*), parameter :: place = 'finshell_mass_matrix'
+      type(c_elements_t) :: block
+      block%n = n
+      block%x = x
+      code = mass_given('finshell_mass_matrix', section, block, consistent, lumped, codes, status)
+   end function mass
+
+   !> Of a block only the reference coordinates, thickness and offset count.
+   function mass_given(place, section, block, consistent, lumped, codes, status) result(code)
+      character(len=*), intent(in) :: place
+      type(c_ptr), intent(in) :: section
+      type(c_elements_t), intent(in) :: block
+      real(c_double), intent(out), optional :: consistent(*), lumped(*)
+      integer(c_int32_t), intent(out), optional :: codes(block%n)
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
       type(environment_t) :: environment
       type(section_t), pointer :: s
+      real(c_double), pointer, contiguous :: x(:, :, :), thickness(:), offset(:), growth(:, :, :)
       integer(c_int32_t), allocatable :: found(:)
       integer :: memory
 
-      code = check_batch(place, n, status)
-      if (code /= status_ok) return
+      code = check_batch(place, block%n, status)
       if (code == status_ok) code = receive_section(place, section, s, status)
-      if (code /= status_ok .or. n == 0) return
-      if (.not. present(x)) then
+      if (code /= status_ok .or. block%n == 0) return
+      if (.not. c_associated(block%x)) then
          code = refuse(status, place, 'X is NULL')
          return
       end if
-      allocate (found(n), stat=memory)
+      call c_f_pointer(block%x, x, [3, 3, block%n])
+      call receive_own(as_seen_by(s, block), s, thickness, offset, growth)
+      allocate (found(block%n), stat=memory)
       if (memory /= 0) then
          code = refuse_memory(status, place)
          return
       end if
       call hold(environment)
       if (s%membrane) then
-         call mass_membranes(s, n, x, found, consistent, lumped)
+         call mass_membranes(s, block%n, x, found, consistent, lumped, thickness)
       else
-         call mass_elements(s, n, x, found, consistent, lumped)
+         call mass_elements(s, block%n, x, found, consistent, lumped, thickness=thickness, offset=offset)
       end if
       call release(environment)
       if (present(codes)) codes = found
-      code = judge(status, place, n, found)
-   end function mass
+      code = judge(status, place, block%n, found)
+   end function mass_given
 
    !> Whether this process is the child of one that called us with several threads.
    !>

@@ -5,7 +5,8 @@
 module finshell_capi_elements
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_loc, c_null_ptr, &
       c_ptr, c_size_t, c_sizeof
-   use finshell_batch, only: side_fixed, side_free, side_straight, rotation_increment, rotation_quaternion, rotation_vector
+   use finshell_batch, only: n_growth, side_fixed, side_free, side_straight, rotation_increment, rotation_quaternion, &
+      rotation_vector
    use finshell_capi_common, only: accept, c_status_t, judge, refuse, refuse_memory
    use finshell_capi_handle, only: section_of
    use finshell_environment, only: environment_t, hold, release
@@ -15,7 +16,7 @@ module finshell_capi_elements
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private
-   public :: c_elements_t, read_block, receive, receive_section, conclude, whole_block, freedoms_of, as_seen_by
+   public :: c_elements_t, read_block, receive, receive_own, receive_section, conclude, whole_block, freedoms_of, as_seen_by
 
    !> finshell_elements of the header. What a shorter block does not hold is zero.
    type, bind(c) :: c_elements_t
@@ -32,9 +33,12 @@ module finshell_capi_elements
       type(c_ptr) :: normals = c_null_ptr
       type(c_ptr) :: toward = c_null_ptr
       type(c_ptr) :: straight = c_null_ptr
+      type(c_ptr) :: thickness = c_null_ptr
+      type(c_ptr) :: offset = c_null_ptr
+      type(c_ptr) :: growth = c_null_ptr
    end type c_elements_t
 
-   integer, parameter :: optional_members = 5 !< pointers behind `rotations`, the last that is required
+   integer, parameter :: optional_members = 8 !< pointers behind `rotations`, the last that is required
    integer(c_int64_t), parameter :: no_size = 4096 !< whatever is larger was not set
 
    interface
@@ -122,6 +126,7 @@ contains
       seen%state = c_null_ptr
       seen%normals = c_null_ptr
       seen%straight = c_null_ptr
+      seen%offset = c_null_ptr
    end function as_seen_by
 
    !> Check a block and point to what it holds; with n = 0 only the numbers. Sets `status` to done.
@@ -182,6 +187,18 @@ contains
       held = merge(side_fixed, merge(side_straight, side_free, sides /= 0), sides == side_fixed)
    end function receive
 
+   !> Point to what elements have of their own in a block that `receive` has found sound; what it does not hold is not associated.
+   subroutine receive_own(block, section, thickness, offset, growth)
+      type(c_elements_t), intent(in) :: block
+      type(section_t), intent(in) :: section
+      real(c_double), pointer, contiguous, intent(out) :: thickness(:), offset(:), growth(:, :, :)
+      nullify (thickness, offset, growth)
+      if (block%n == 0) return
+      if (c_associated(block%thickness)) call c_f_pointer(block%thickness, thickness, [block%n])
+      if (c_associated(block%offset)) call c_f_pointer(block%offset, offset, [block%n])
+      if (c_associated(block%growth)) call c_f_pointer(block%growth, growth, [n_growth, size(section%layers), block%n])
+   end subroutine receive_own
+
    !> What a call about a block returns.
    function conclude(place, block, codes, status) result(code)
       character(len=*), intent(in) :: place
@@ -205,6 +222,7 @@ contains
       integer(c_int32_t), intent(in) :: codes(:)
       character(len=96) :: text
       real(c_double), pointer, dimension(:, :, :) :: x, quaternion, normal
+      real(c_double), pointer :: thickness(:)
       real(c_double) :: n(3), facet(3)
       integer :: e, k
       character(len=1) :: node
@@ -216,6 +234,14 @@ contains
       if (codes(e) /= status_invalid_argument) return
       text = 'the direction is zero'
       if (c_associated(block%normals)) text = 'the direction is zero, or a normal is 90 degrees from that of the triangle'
+      if (c_associated(block%growth)) text = 'the direction is zero, or a layer has grown to no size'
+      if (c_associated(block%thickness)) then
+         call c_f_pointer(block%thickness, thickness, [e])
+         if (.not. thickness(e) > 0) then
+            write (text, '(a,es12.4,a)') 'its thickness is', thickness(e), ', expected a positive number'
+            return
+         end if
+      end if
       nullify (quaternion, normal)
       if (block%convention == rotation_quaternion) call c_f_pointer(block%rotations, quaternion, [4, 3, e])
       if (block%convention == rotation_increment) call c_f_pointer(block%state, quaternion, [4, 3, e])

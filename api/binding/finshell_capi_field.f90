@@ -2,7 +2,8 @@
 module finshell_capi_field
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int32_t, c_ptr
    use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, store_text, text_from
-   use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, receive_section
+   use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, receive_own, &
+      receive_section
    use finshell_environment, only: environment_t, hold, release
    use finshell_field_batch, only: element_field_t, element_fields, find_element_field, field_value, field_places, recover_fields, &
       n_element_fields
@@ -67,6 +68,7 @@ contains
       type(section_t), pointer :: s
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
+      real(c_double), pointer, contiguous :: thickness(:), offset(:), growth(:, :, :)
       integer, allocatable :: held(:, :)
       type(element_field_t) :: table(n_element_fields)
       type(environment_t) :: environment
@@ -91,6 +93,7 @@ contains
       block = as_seen_by(s, block)
       code = receive(place, block, freedoms_of(s), x, u, r, state, direction, normal, toward, held, status)
       if (code /= status_ok .or. block%n == 0) return
+      call receive_own(block, s, thickness, offset, growth)
       if (s%membrane) r => u ! not looked at, but something
       table = element_fields()
       associate (field => table(entry), n => block%n)
@@ -104,7 +107,7 @@ contains
             return
          end if
          call recover_fields(s, n, x, u, r, block%convention, [entry], size(s%layers), raw, found, frame, direction, state, held, &
-                             normal)
+                             normal, thickness, offset, growth)
          call hold(environment)
          do e = 1, n
             worst(e) = maxval(found(:, e), mask=found(:, e) /= status_no_value)

@@ -2,7 +2,8 @@
 module finshell_capi_membrane
    use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_ptr
    use finshell_capi_common, only: c_status_t, refuse, refuse_memory
-   use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, receive_section
+   use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, receive_own, &
+      receive_section
    use finshell_membrane_batch, only: recover_membranes
    use finshell_section, only: section_t
    use finshell_status, only: status_ok
@@ -37,6 +38,7 @@ contains
       type(c_elements_t) :: block
       real(c_double), pointer, contiguous, dimension(:, :, :) :: x, u, r, state, normal
       real(c_double), pointer, contiguous, dimension(:, :) :: direction, toward
+      real(c_double), pointer, contiguous :: thickness(:), offset(:), growth(:, :, :)
       integer, allocatable :: held(:, :)
       integer(c_int32_t), allocatable :: found(:)
       integer :: memory
@@ -50,12 +52,14 @@ contains
       block = as_seen_by(s, given)
       code = receive(place, block, freedoms_of(s), x, u, r, state, direction, normal, toward, held, status)
       if (code /= status_ok .or. block%n == 0) return
+      call receive_own(block, s, thickness, offset, growth)
       allocate (found(block%n), stat=memory)
       if (memory /= 0) then
          code = refuse_memory(status, place)
          return
       end if
-      call recover_membranes(s, block%n, x, u, found, state=sheet, ridge=ridge, direction=direction)
+      call recover_membranes(s, block%n, x, u, found, state=sheet, ridge=ridge, direction=direction, &
+                             thickness=thickness, growth=growth)
       if (present(codes)) codes = found
       code = conclude(place, block, found, status)
    end function wrinkles_given

@@ -3,7 +3,7 @@ module finshell_kinds
    use, intrinsic :: iso_fortran_env, only: int8, int32, int64, real64, real128
    implicit none
    private
-   public :: wp, dp, i1, i4, i8, strip, lanes
+   public :: wp, dp, i1, i4, i8, strip, lanes, points_per_block
 
    integer, parameter :: dp = real64
 #ifdef FINSHELL_QUAD
@@ -21,4 +21,7 @@ module finshell_kinds
 #else
    integer, parameter :: lanes = strip
 #endif
+   !> Three in-plane points of each element of a block, those of the first element l, l + lanes, l + 2 lanes; and what laws need
+   !> beyond (finshell_material): a point anywhere in the block, whose results mean nothing.
+   integer, parameter :: points_per_block = strip*((3*lanes + strip - 1)/strip)
 end module finshell_kinds

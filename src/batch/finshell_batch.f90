@@ -15,6 +15,7 @@ module finshell_batch
    use finshell_element_fields, only: surface_stress
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_recovered, only: recovered_t
+   use finshell_own, only: gather_own, n_growth
    use finshell_reference, only: side_free, side_straight, side_fixed
    use finshell_section, only: section_t
    use finshell_single, only: evaluate_single, narrow
@@ -23,7 +24,7 @@ module finshell_batch
    implicit none
    private
    public :: evaluate_elements, predict_resultants, recover_elements
-   public :: rotation_vector, rotation_quaternion, rotation_increment, n_resultants, side_free, side_straight, side_fixed
+   public :: rotation_vector, rotation_quaternion, rotation_increment, n_resultants, n_growth, side_free, side_straight, side_fixed
 
    !> Blocks a thread must have to pay (some 100 us of work; waking a team takes about 10).
    integer, parameter :: blocks_per_thread = 32
@@ -36,7 +37,7 @@ contains
    !> the tangent its second derivative, symmetric, both triangles filled. What is not present is not computed.
    !> An element that fails gets its status and zeros; the others are done.
    subroutine evaluate_elements(section, n, x, u, rotation, convention, status, energy, force, tangent, direction, threads, &
-                                state, resultants, toward, held, normal)
+                                state, resultants, toward, held, normal, thickness, offset, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -61,6 +62,12 @@ contains
       !> Normals of the surface at the nodes of each element (component, node, element), of any length: the reference is curved. In
       !> (S) only; absent: flat facets.
       real(wp), intent(in), optional :: normal(3, 3, n)
+      !> Of the elements' own instead of the section's: thickness of the whole section, in which all layers share, and height of its
+      !> middle above the surface of the nodes.
+      real(wp), intent(in), optional :: thickness(n), offset(n)
+      !> Stress-free state of each layer: Green-Lagrange strain 11, 22, 2 12 along the material direction, from the reference, and
+      !> growth of the thickness, less 1 (finshell_growth). Zeros: the reference.
+      real(wp), intent(in), optional :: growth(n_growth, size(section%layers), n)
       type(environment_t) :: environment
       integer :: b, blocks, level, team
       logical :: quiet
@@ -83,14 +90,14 @@ contains
       if (n == 1 .and. narrow) then
          call hold(environment)
          call evaluate_single(section, level, 0, n, x, u, rotation, convention, status, energy, force, tangent, direction, state, &
-                              resultants, toward, held, normal)
+                              resultants, toward, held, normal, thickness, offset, growth)
          quiet = all_quiet()
          call release(environment)
       else if (team == 1 .or. blocks == 1) then
          call hold(environment)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, toward, held, normal)
+                                direction, state, resultants, toward, held, normal, thickness, offset, growth)
          end do
          quiet = all_quiet()
          call release(environment)
@@ -100,7 +107,7 @@ contains
 !$omp do schedule(static)
          do b = 1, blocks
             call evaluate_chunk(section, level, (b - 1)*lanes, n, x, u, rotation, convention, status, energy, force, tangent, &
-                                direction, state, resultants, toward, held, normal)
+                                direction, state, resultants, toward, held, normal, thickness, offset, growth)
          end do
 !$omp end do
          quiet = all_quiet()
@@ -119,7 +126,7 @@ contains
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): the stress of the next iterate is taken from the
    !> linearisation of the last one. The solution is unchanged, thin shells take much larger increments.
    subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, toward, held, &
-                                 normal)
+                                 normal, thickness, offset, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), quaternion(4, 3, n)
@@ -130,6 +137,7 @@ contains
       real(wp), intent(in), optional :: toward(n_shell, n) !< as in `evaluate_elements`
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
+      real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(block_t) :: block
       type(environment_t) :: environment
       type(stress_t) :: stress
@@ -141,6 +149,7 @@ contains
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, quaternion, rotation_quaternion, block, direction, held=held, toward=toward, &
                      normal=normal)
+         call gather_own(section, first, n, block%own, thickness, offset, growth)
          increments = 0
          do l = 1, min(lanes, n - first)
             increments(l, :) = increment(:, first + l)
@@ -165,7 +174,7 @@ contains
    !> to the element), carried along by the element's rotation. Stresses are evaluated only if they are asked for: a law may end at
    !> the surfaces and not before. What fails is 0.
    subroutine recover_elements(section, n, x, u, rotation, convention, status, stretch, membrane_force, moment, stress, direction, &
-                               state, stress_status, held, normal)
+                               state, stress_status, held, normal, thickness, offset, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -179,6 +188,7 @@ contains
       integer(i4), intent(out), optional :: stress_status(3, n)
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
+      real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(block_t) :: block
       type(environment_t) :: environment
       type(recovered_t) :: r
@@ -200,6 +210,7 @@ contains
       call hold(environment)
       do first = 0, n - 1, lanes
          call gather(first, n, x, u, rotation, convention, block, direction, state, held, normal=normal)
+         call gather_own(section, first, n, block%own, thickness, offset, growth)
          input = status_ok
          call check_input(block, present(direction), input, changed)
          call recover_block(section, block, r, found)

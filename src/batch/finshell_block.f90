@@ -3,6 +3,7 @@ module finshell_block
    use finshell_element, only: block_t, rotation_vector, rotation_increment, rotation_quaternion
    use finshell_freedoms, only: n_shell
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_own, only: check_own
    use finshell_reference, only: side_free, side_fixed
    use finshell_status, only: status_invalid_argument, status_large_rotation, status_material_limit, status_not_a_number, &
       status_ok
@@ -71,6 +72,7 @@ contains
       real(wp), dimension(lanes) :: tx, tu, tr, square, least, most
       integer(i4) :: ignored(lanes)
       integer :: c, j
+      if (block%own%sized .or. block%own%grown) call check_own(block%own, .false., status)
       tx = 0
       tu = 0
       do j = 1, 3

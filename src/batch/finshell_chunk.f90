@@ -7,6 +7,7 @@ module finshell_chunk
    use finshell_evaluation, only: level_tangent
    use finshell_freedoms, only: n_shell
    use finshell_kinds, only: wp, i4, lanes
+   use finshell_own, only: gather_own, n_growth
    use finshell_section, only: section_t
    use finshell_status, only: status_ok
    implicit none
@@ -20,7 +21,7 @@ contains
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_chunk(section, level, first, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
-                             state, resultants, toward, held, normal)
+                             state, resultants, toward, held, normal, thickness, offset, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -29,6 +30,7 @@ contains
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n), resultants(n_resultants, n), toward(n_shell, n)
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
+      real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(block_t) :: block
       type(stress_t) :: stress
       real(wp) :: eb(lanes), fb(lanes, n_shell), kb(lanes, n_shell, n_shell)
@@ -38,6 +40,7 @@ contains
 
       used = min(lanes, n - first)
       call gather(first, n, x, u, rotation, convention, block, direction, state, held, toward, normal)
+      call gather_own(section, first, n, block%own, thickness, offset, growth)
       if (present(resultants)) call gather_stress(first, n, resultants, stress)
       do
          if (present(resultants)) then

@@ -9,6 +9,7 @@ module finshell_field_batch
    use finshell_kinds, only: wp, i4, lanes
    use finshell_membrane, only: membrane_t, recover_membrane
    use finshell_membrane_chunk, only: check_membranes, gather_membranes
+   use finshell_own, only: gather_own, n_growth
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_material_limit, status_no_value, status_ok
@@ -26,7 +27,7 @@ contains
    !> is 0 and has a status: that of the element or, as a law may end at the surfaces and not before, its own; status_no_value where
    !> there is none to be expected, as in layers that the section has not.
    subroutine recover_fields(section, n, x, u, rotation, convention, fields, layers, raw, status, frame, direction, state, held, &
-                             normal)
+                             normal, thickness, offset, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -39,6 +40,7 @@ contains
       real(wp), intent(in), optional :: direction(3, n), state(4, 3, n)
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
+      real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(element_field_t) :: table(n_element_fields)
       type(block_t) :: block
       type(membrane_t) :: membrane
@@ -62,10 +64,12 @@ contains
          input = status_ok
          if (section%membrane) then
             call gather_membranes(first, n, x, u, membrane, direction)
+            call gather_own(section, first, n, membrane%own, thickness, growth=growth)
             call check_membranes(membrane, present(direction), input, changed)
             call recover_membrane(section, membrane, r, found)
          else
             call gather(first, n, x, u, rotation, convention, block, direction, state, held, normal=normal)
+            call gather_own(section, first, n, block%own, thickness, offset, growth)
             call check_input(block, present(direction), input, changed)
             call recover_block(section, block, r, found)
          end if

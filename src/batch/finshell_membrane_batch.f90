@@ -8,6 +8,7 @@ module finshell_membrane_batch
    use finshell_element_fields, only: surface_stress
    use finshell_membrane, only: membrane_t, recover_membrane
    use finshell_membrane_chunk, only: check_membranes, evaluate_membrane_chunk, gather_membranes
+   use finshell_own, only: gather_own, n_growth
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
    use finshell_single, only: evaluate_single_membrane, narrow
@@ -30,7 +31,8 @@ contains
    !> derivative, symmetric, both triangles filled. What is not present is not computed. An element that fails gets its status and
    !> zeros; the others are done. With `wrinkling` of the section the energy is the relaxed one (finshell_tension_field): no element
    !> bears compression, and none fails by it but where its wrinkles are not found (status_not_converged).
-   subroutine evaluate_membranes(section, n, x, u, status, energy, force, tangent, direction, threads, toward, slack_energy)
+   subroutine evaluate_membranes(section, n, x, u, status, energy, force, tangent, direction, threads, toward, slack_energy, &
+                                 thickness, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n !< number of elements
       real(wp), intent(in) :: x(3, 3, n) !< reference coordinates (component, node, element)
@@ -42,6 +44,8 @@ contains
       !> Nodal displacements, with `tangent`: where a law has a switch, as fibres in tension only have it in the reference state,
       !> the tangent is the one-sided one in this direction; default: that without the fibres.
       real(wp), intent(in), optional :: toward(n_membrane, n)
+      !> Of the elements' own, as in evaluate_elements (finshell_batch); all layers of a membrane grow the same.
+      real(wp), intent(in), optional :: thickness(n), growth(n_growth, size(section%layers), n)
       real(wp), intent(out), optional :: slack_energy(n) !< part of the energy: what is left against compression (finshell_slack)
       type(environment_t) :: environment
       integer :: b, blocks, level, team
@@ -57,14 +61,15 @@ contains
       quiet = .true.
       if (n == 1 .and. narrow) then
          call hold(environment)
-         call evaluate_single_membrane(section, level, 0, n, x, u, status, energy, force, tangent, direction, toward, slack_energy)
+         call evaluate_single_membrane(section, level, 0, n, x, u, status, energy, force, tangent, direction, toward, &
+                                       slack_energy, thickness, growth)
          quiet = all_quiet()
          call release(environment)
       else if (team == 1 .or. blocks == 1) then
          call hold(environment)
          do b = 1, blocks
             call evaluate_membrane_chunk(section, level, (b - 1)*lanes, n, x, u, status, energy, force, tangent, direction, &
-                                         toward, slack_energy)
+                                         toward, slack_energy, thickness, growth)
          end do
          quiet = all_quiet()
          call release(environment)
@@ -74,7 +79,7 @@ contains
 !$omp do schedule(static)
          do b = 1, blocks
             call evaluate_membrane_chunk(section, level, (b - 1)*lanes, n, x, u, status, energy, force, tangent, direction, &
-                                         toward, slack_energy)
+                                         toward, slack_energy, thickness, growth)
          end do
 !$omp end do
          quiet = all_quiet()
@@ -93,7 +98,8 @@ contains
    !> Components 11, 22, 12 refer to the material direction projected on the element (global x by default, z where x is normal
    !> to the element), carried along by the element's rotation. Where the sheet is wrinkled stretch and stress are those of the
    !> material, which is wider than its facet. Membrane force and stress leave out what slack sheets bear. What fails is 0.
-   subroutine recover_membranes(section, n, x, u, status, stretch, membrane_force, stress, state, ridge, direction, stress_status)
+   subroutine recover_membranes(section, n, x, u, status, stretch, membrane_force, stress, state, ridge, direction, stress_status, &
+                                thickness, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n)
@@ -105,6 +111,7 @@ contains
       !> Unit vector along the ridges of wrinkles in the deformed state, global components; zero where there are none.
       real(wp), intent(out), optional :: ridge(3, n)
       real(wp), intent(in), optional :: direction(3, n)
+      real(wp), intent(in), optional :: thickness(n), growth(n_growth, size(section%layers), n)
       !> Of the stresses (bottom, middle, top; element). Not present: a stress that fails is the element's failure.
       integer(i4), intent(out), optional :: stress_status(3, n)
       type(environment_t) :: environment
@@ -119,6 +126,7 @@ contains
       call hold(environment)
       do first = 0, n - 1, lanes
          call gather_membranes(first, n, x, u, block, direction)
+         call gather_own(section, first, n, block%own, thickness, growth=growth)
          input = status_ok
          call check_membranes(block, present(direction), input, changed)
          call recover_membrane(section, block, r, found)

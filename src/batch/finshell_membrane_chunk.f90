@@ -6,6 +6,7 @@ module finshell_membrane_chunk
    use finshell_freedoms, only: n_membrane
    use finshell_kinds, only: wp, i4, lanes
    use finshell_membrane, only: evaluate_membrane, membrane_t
+   use finshell_own, only: check_own, gather_own, n_growth
    use finshell_section, only: section_t
    use finshell_status, only: status_not_a_number, status_ok
    implicit none
@@ -16,13 +17,14 @@ contains
 
    !> Elements first + 1 ... of the batch.
    subroutine evaluate_membrane_chunk(section, level, first, n, x, u, status, energy, force, tangent, direction, toward, &
-                                      slack_energy)
+                                      slack_energy, thickness, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: level, first, n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n)
       integer(i4), intent(inout) :: status(n)
       real(wp), intent(inout), optional :: energy(n), force(n_membrane, n), tangent(n_membrane, n_membrane, n), slack_energy(n)
       real(wp), intent(in), optional :: direction(3, n), toward(n_membrane, n)
+      real(wp), intent(in), optional :: thickness(n), growth(n_growth, size(section%layers), n)
       type(membrane_t) :: block
       real(wp) :: eb(lanes), fb(lanes, n_membrane), kb(lanes, n_membrane, n_membrane), sb(lanes)
       integer(i4) :: found(lanes)
@@ -31,6 +33,7 @@ contains
 
       used = min(lanes, n - first)
       call gather_membranes(first, n, x, u, block, direction, toward)
+      call gather_own(section, first, n, block%own, thickness, growth=growth)
       do
          call evaluate_membrane(section, level, block, eb, fb, kb, found, sb)
          ! only now: what was gathered one by one can be read in lanes after a while
@@ -109,6 +112,7 @@ contains
       real(wp) :: total(lanes)
       integer(i4) :: ignored(lanes)
       integer :: c, j
+      if (block%own%sized .or. block%own%grown) call check_own(block%own, .true., status)
       total = 0
       do j = 1, 3
          do c = 1, 3

@@ -7,9 +7,11 @@ module finshell_strain_batch
    use finshell_evaluation, only: level_tangent
    use finshell_kinds, only: wp, i4, lanes
    use finshell_material_direction, only: material_direction
+   use finshell_growth, only: layer_volume
    use finshell_membrane, only: membrane_t, recover_membrane
    use finshell_membrane_chunk, only: check_membranes, gather_membranes
    use finshell_membrane_section, only: integrate_membrane, membrane_force_t
+   use finshell_own, only: at_points, gather_own, n_growth, own_t
    use finshell_recovered, only: recovered_t
    use finshell_reference, only: zeta
    use finshell_resultants, only: integrate, points_per_block, resultants_t
@@ -40,7 +42,8 @@ module finshell_strain_batch
 contains
 
    !> Arguments as in recover_fields (finshell_field_batch). Without `stiff` the stiffness is not evaluated, nor allocated.
-   subroutine recover_strains(section, n, x, u, rotation, convention, strains, stiff, direction, held, normal)
+   subroutine recover_strains(section, n, x, u, rotation, convention, strains, stiff, direction, held, normal, &
+                              thickness, offset, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n, convention
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), rotation(:, :, :)
@@ -49,12 +52,13 @@ contains
       real(wp), intent(in), optional :: direction(3, n)
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
+      real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
       type(block_t) :: block
       type(membrane_t) :: membrane
       type(environment_t) :: environment
       type(recovered_t) :: r
       type(triangle_t) :: triangle
-      real(wp) :: axes(lanes, 2), e(lanes, 3), curvature(lanes, 3, 3), k(6, 6, lanes), material(lanes, 3)
+      real(wp) :: axes(lanes, 2), e(lanes, 3), bend(lanes, 3), curvature(lanes, 3, 3), k(6, 6, lanes), material(lanes, 3)
       integer(i4) :: found(lanes), input(lanes), shape_status(lanes)
       integer :: first, i, l, used
       logical :: changed, sound
@@ -74,12 +78,14 @@ contains
          shape_status = status_ok
          if (section%membrane) then
             call gather_membranes(first, n, x, u, membrane, direction)
+            call gather_own(section, first, n, membrane%own, thickness, growth=growth)
             call check_membranes(membrane, present(direction), input, changed)
             call recover_membrane(section, membrane, r, found)
             call new_triangle(membrane%x, triangle, shape_status)
             material = membrane%direction
          else
             call gather(first, n, x, u, rotation, convention, block, direction, held=held, normal=normal)
+            call gather_own(section, first, n, block%own, thickness, offset, growth)
             call check_input(block, present(direction), input, changed)
             call recover_block(section, block, r, found)
             call new_triangle(block%x, triangle, shape_status)
@@ -91,7 +97,11 @@ contains
          do i = 1, 3
             call rotate_strain(lanes, r%axes, r%curvatures(:, :, i), curvature(:, :, i))
          end do
-         if (stiff) call section_stiffness(section, e, curvature, k, found)
+         if (stiff) then
+            call rotate_strain(lanes, r%axes, r%bend, bend)
+            call section_stiffness(section, r%own, e, curvature, bend, k, found)
+            if (section%membrane) k = k*spread(spread(sheet_over_section(membrane%own), 1, 6), 2, 6)
+         end if
          do l = 1, used
             strains%area(first + l) = triangle%area(l)
             strains%axes(:, 1, first + l) = axes(l, 1)*triangle%frame(l, :, 1) + axes(l, 2)*triangle%frame(l, :, 2)
@@ -104,6 +114,7 @@ contains
             strains%membrane(:, first + l) = e(l, :)
             strains%curvature(:, :, first + l) = curvature(l, :, :)
             strains%energy(first + l) = r%energy(l)*triangle%area(l)*section%thickness
+            if (r%own%sized) strains%energy(first + l) = r%own%ratio(l)*strains%energy(first + l)
             if (stiff) strains%stiffness(:, :, first + l) = k(:, :, l)
          end do
       end do
@@ -111,14 +122,16 @@ contains
    end subroutine recover_strains
 
    !> Tangent stiffness of a block of sections at mean strains in material axes.
-   pure subroutine section_stiffness(section, e, curvature, k, status)
+   pure subroutine section_stiffness(section, own, e, curvature, bend, k, status)
       type(section_t), intent(in) :: section
-      real(wp), intent(in) :: e(lanes, 3), curvature(lanes, 3, 3)
+      type(own_t), intent(in) :: own
+      real(wp), intent(in) :: e(lanes, 3), curvature(lanes, 3, 3), bend(lanes, 3)
       real(wp), intent(out) :: k(6, 6, lanes)
       integer(i4), intent(inout) :: status(lanes)
       type(resultants_t) :: r
       type(membrane_force_t) :: f
       real(wp) :: membrane(points_per_block, 3), bending(points_per_block, 3), along(points_per_block, 2), initial(3, 3)
+      real(wp) :: bent(points_per_block, 3)
       integer(i4) :: found(points_per_block)
       integer :: i, j, l, m
 
@@ -137,8 +150,9 @@ contains
             bending(:, i) = sum(curvature(1, i, :))/3
             membrane(:lanes, i) = e(:, i)
             bending(:lanes, i) = sum(curvature(:, i, :), 2)/3
+            bent(:, i) = at_points(bend(:, i))
          end do
-         call integrate(section, level_tangent, membrane, bending, along, r, found)
+         call integrate(section, level_tangent, membrane, bending, along, r, found, own=own, bend=bent)
       end if
       do l = 1, lanes
          if (status(l) == status_ok) status(l) = found(l)
@@ -158,6 +172,15 @@ contains
          k(:3, :3, l) = k(:3, :3, l) + initial
       end do
    end subroutine section_stiffness
+
+   !> Stiffness of the sheets of membranes, per reference area, over that of their section.
+   pure function sheet_over_section(own) result(factor)
+      type(own_t), intent(in) :: own
+      real(wp) :: factor(lanes)
+      factor = 1
+      if (own%sized) factor = own%ratio
+      if (own%grown) factor = factor*layer_volume(own, 1)
+   end function sheet_over_section
 
    !> The quadratic form N:(D C^-1 D) of a change D of the strain: work of the membrane force where the deformed surface stretches
    !> by a symmetric gradient. Without it the tangent of rubber is indefinite in strains long before the sheet is unstable.

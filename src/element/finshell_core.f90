@@ -12,11 +12,13 @@ module finshell_core
    use finshell_core_geometric, only: add_side_terms, stabilised_geometric, paper_geometric
    use finshell_core_hessian, only: bending_hessian, curvature_hessian, membrane_hessian, bow_hessian
    use finshell_core_strain, only: n_core, drilling_stiffness, stabilised_strain, paper_strain
-   use finshell_curved, only: curved_t, refer_to, refer_change_to, from_curved
+   use finshell_curved, only: curved_t, refer_to, refer_change_to, reference_curvature, from_curved
    use finshell_drilling, only: drilling_t, new_drilling
    use finshell_filter, only: filter_t
+   use finshell_growth, only: free_over_reference
    use finshell_kink, only: kink_t, new_kink
    use finshell_evaluation, only: level_force, level_tangent
+   use finshell_own, only: own_t
    use finshell_reference, only: reference_t, drilling_weight, higher_order_strain
    use finshell_resultants, only: resultants_t, switches_t, integrate, midsurface_thickness, points_per_block
    use finshell_section, only: section_t, formulation_s
@@ -54,9 +56,10 @@ contains
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): with `stress`, the geometric part of the Hessian uses
    !> these resultants instead of its own. With `variation` of the core variables, the resultants linearised at this state are
    !> returned as `predicted`, and no Hessian; both need level_tangent, as does a directed `heading`.
-   pure subroutine evaluate_core(section, level, ref, curved, filter, axes, heading, core, status, stress, variation, predicted, &
-                                 recovers)
+   pure subroutine evaluate_core(section, own, level, ref, curved, filter, axes, heading, core, status, stress, variation, &
+                                 predicted, recovers)
       type(section_t), intent(in) :: section
+      type(own_t), intent(in) :: own
       integer, intent(in) :: level
       type(reference_t), intent(in) :: ref
       type(curved_t), intent(in) :: curved !< has no effect in (P)
@@ -76,8 +79,8 @@ contains
       type(work_t) :: work
       type(strain_derivatives_t) :: derivatives
       real(wp) :: membrane(lanes, 3, 3), arc(lanes, 3, 9)
-      real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes), beta0(lanes)
-      real(wp) :: point_axes(points_per_block, 2)
+      real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes), beta0(lanes), thickness(lanes), area(lanes)
+      real(wp) :: point_axes(points_per_block, 2), bend_there(points_per_block, 3)
       real(wp) :: membrane_change(points_per_block, 3), curvature_change(points_per_block, 3)
       integer(i4) :: point_status(points_per_block)
       type(kink_t) :: kink
@@ -94,16 +97,20 @@ contains
       end do
       call new_bending(section, level, ref, filter%c, filter%jacobian, slope, bend)
       beta0 = section%beta0
-      if (.not. section%beta0 > 0) call drilling_weight(ref, section%thickness, beta0)
+      thickness = section%thickness
+      if (own%sized) thickness = own%ratio*section%thickness
+      if (.not. section%beta0 > 0) call drilling_weight(ref, thickness, beta0)
       call higher_order_strain(ref, higher)
       if (stabilised) then
          groups = 1
          if (kink%any) call new_kink(level, ref, filter, bend, curved%slope, kink)
-         call new_drilling(level, ref, filter%c, filter%jacobian, tau, kink, drill)
+         area = 1
+         if (own%grown) area = free_over_reference(own, section%midsurface_layer)
+         call new_drilling(level, ref, filter%c, filter%jacobian, tau, kink, area, drill)
          call stabilised_strain(filter%strain, bend, drill, membrane)
-         call drilling_stiffness(section, ref, beta0, higher, axes, kh)
+         call drilling_stiffness(section, own, ref, beta0, higher, axes, kh)
          if (kink%any) slope = slope - curved%slope
-         call new_twist(section, ref, axes, slope, twist)
+         call new_twist(section, own, ref, thickness, axes, slope, twist)
       else
          groups = 3
          do i = 1, 3
@@ -118,7 +125,7 @@ contains
 
       ! resultants at the three points; a material limit is news only where the geometry is sound
       point_status = 0
-      call midsurface_thickness(section, level, filter%strain, axes, l, dl, ddl, point_status(1:lanes))
+      call midsurface_thickness(section, level, filter%strain, axes, l, dl, ddl, point_status(1:lanes), own)
       do g = 1, 3
          k = lanes*(g - 1)
          point_axes(k + 1:k + lanes, :) = axes
@@ -147,9 +154,13 @@ contains
             switches%floor(k + 1:k + lanes) = heading%floor
             if (heading%directed) switches%rate_floor(k + 1:k + lanes) = heading%rate_floor
          end do
-         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, switches)
+      end if
+      if (kink%any .and. own%grown) then
+         call reference_curvature(curved, bend_there)
+         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, switches, own, &
+                        bend_there)
       else
-         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status)
+         call integrate(section, level, core%membrane, core%curvature, point_axes, core%resultants, point_status, switches, own)
       end if
       if (kink%any) then
          core%force = core%resultants%n

@@ -4,6 +4,7 @@ module finshell_core_strain
    use finshell_bending, only: bending_t
    use finshell_drilling, only: drilling_t
    use finshell_filter, only: filter_t
+   use finshell_own, only: own_t
    use finshell_reference, only: reference_t
    use finshell_resultants, only: reference_membrane_tangent
    use finshell_section, only: section_t
@@ -21,14 +22,15 @@ module finshell_core_strain
 contains
 
    !> Constant drilling stiffness K_h = int B_h' C_0 B_h dV of formulation (S).
-   pure subroutine drilling_stiffness(section, ref, beta0, higher, axes, kh)
+   pure subroutine drilling_stiffness(section, own, ref, beta0, higher, axes, kh)
       type(section_t), intent(in) :: section
+      type(own_t), intent(in) :: own
       type(reference_t), intent(in) :: ref
       real(wp), intent(in) :: beta0(lanes), higher(lanes, 3, 3, 3), axes(lanes, 2)
       real(wp), intent(out) :: kh(lanes, 6)
       real(wp) :: c(lanes, 6), t(lanes, 3)
       integer :: g, i, j, k, v
-      call reference_membrane_tangent(section, axes, c)
+      call reference_membrane_tangent(section, axes, c, own)
       do v = 1, 6
          c(:, v) = c(:, v)*(ref%area/3)*beta0
       end do

@@ -4,18 +4,19 @@
 !> nodal rotation on the right, R_i E0_i, so that the reference itself has slopes G0_i. Slope strain and curvature are counted from
 !> theirs, V0 and K0, and the strain is referred to the metric I + V0 of the curved surface: E <- A E A, A = (I + V0)^(-1/2).
 module finshell_curved
-   use finshell_kinds, only: wp, i4, lanes
+   use finshell_kinds, only: wp, i4, lanes, points_per_block
+   use finshell_metric_change, only: change_strain, new_metric_change, pull_back_stress, pull_back_tangent
    use finshell_bending, only: bending_t, new_bending
    use finshell_evaluation, only: level_energy, level_force, level_tangent
    use finshell_quaternion, only: quaternion_product
    use finshell_reference, only: reference_t, side_to
-   use finshell_resultants, only: resultants_t, points_per_block
+   use finshell_resultants, only: resultants_t
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument
-   use finshell_voigt, only: row, column, pack
    implicit none
    private
-   public :: curved_t, turned_t, new_turned, new_curved, turn_nodes, refer_to, refer_change_to, from_curved
+   public :: curved_t, turned_t, new_turned, new_curved, turn_nodes, refer_to, refer_change_to, reference_curvature, &
+      from_curved
 
    !> The normals of the nodes against that of the facet.
    type :: turned_t
@@ -54,7 +55,7 @@ contains
       call new_bending(section, level_energy, ref, flat, one, curved%slope, bend)
       curved%v = bend%v
       curved%curvature = bend%curvature
-      call metric_change(curved)
+      call new_metric_change(lanes, curved%v, curved%strain, curved%area)
       curved%area = curved%area + strips(ref, curved%slope)
    end subroutine new_curved
 
@@ -112,27 +113,6 @@ contains
       end do
    end function strips
 
-   !> A = (I + V0)^(-1/2) by the closed form of the square root, as it acts on Voigt strains; sqrt(det(I + V0)).
-   pure subroutine metric_change(curved)
-      type(curved_t), intent(inout) :: curved
-      real(wp), dimension(lanes) :: a, b, d, j, trace
-      j = sqrt((1 + curved%v(:, 1))*(1 + curved%v(:, 2)) - curved%v(:, 3)**2)
-      trace = 1/(sqrt(2 + curved%v(:, 1) + curved%v(:, 2) + 2*j)*j)
-      a = (1 + curved%v(:, 2) + j)*trace
-      d = (1 + curved%v(:, 1) + j)*trace
-      b = -curved%v(:, 3)*trace
-      curved%area = j
-      curved%strain(:, 1, 1) = a*a
-      curved%strain(:, 1, 2) = b*b
-      curved%strain(:, 1, 3) = a*b
-      curved%strain(:, 2, 1) = b*b
-      curved%strain(:, 2, 2) = d*d
-      curved%strain(:, 2, 3) = b*d
-      curved%strain(:, 3, 1) = 2*a*b
-      curved%strain(:, 3, 2) = 2*b*d
-      curved%strain(:, 3, 3) = a*d + b*b
-   end subroutine metric_change
-
    !> Nodal rotations R_i become R_i E0_i.
    pure subroutine turn_nodes(turned, quaternion)
       class(turned_t), intent(in) :: turned
@@ -166,22 +146,25 @@ contains
       real(wp), intent(inout) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
       integer :: k
       do k = 0, 2*lanes, lanes
-         call change_metric(membrane(k + 1:k + lanes, :))
-         call change_metric(curvature(k + 1:k + lanes, :))
+         call change_strain(lanes, curved%strain, membrane(k + 1:k + lanes, :))
+         call change_strain(lanes, curved%strain, curvature(k + 1:k + lanes, :))
       end do
-
-   contains
-
-      pure subroutine change_metric(strain)
-         real(wp), intent(inout) :: strain(lanes, 3)
-         real(wp) :: e(lanes, 3)
-         integer :: v
-         e = strain
-         do v = 1, 3
-            strain(:, v) = curved%strain(:, v, 1)*e(:, 1) + curved%strain(:, v, 2)*e(:, 2) + curved%strain(:, v, 3)*e(:, 3)
-         end do
-      end subroutine change_metric
    end subroutine refer_change_to
+
+   !> K0 at the points, referred to the metric of the curved surface.
+   pure subroutine reference_curvature(curved, curvature)
+      type(curved_t), intent(in) :: curved
+      real(wp), intent(out) :: curvature(points_per_block, 3)
+      integer :: g, k
+      do g = 1, 3
+         k = lanes*(g - 1)
+         curvature(k + 1:k + lanes, :) = curved%curvature(:, :, g)
+         call change_strain(lanes, curved%strain, curvature(k + 1:k + lanes, :))
+      end do
+      do k = 3*lanes + 1, points_per_block
+         curvature(k, :) = curvature(1, :)
+      end do
+   end subroutine reference_curvature
 
    !> Resultants and tangents on the curved surface, pulled back to the facet.
    pure subroutine from_curved(level, curved, r)
@@ -193,42 +176,12 @@ contains
          k = lanes*(g - 1)
          r%energy(k + 1:k + lanes) = curved%area*r%energy(k + 1:k + lanes)
          if (level < level_force) cycle
-         call pull_force(r%n(k + 1:k + lanes, :))
-         call pull_force(r%m(k + 1:k + lanes, :))
+         call pull_back_stress(lanes, curved%strain, curved%area, r%n(k + 1:k + lanes, :))
+         call pull_back_stress(lanes, curved%strain, curved%area, r%m(k + 1:k + lanes, :))
          if (level < level_tangent) cycle
-         call pull_tangent(r%a(k + 1:k + lanes, :))
-         call pull_tangent(r%b(k + 1:k + lanes, :))
-         call pull_tangent(r%d(k + 1:k + lanes, :))
+         call pull_back_tangent(lanes, curved%strain, curved%area, r%a(k + 1:k + lanes, :))
+         call pull_back_tangent(lanes, curved%strain, curved%area, r%b(k + 1:k + lanes, :))
+         call pull_back_tangent(lanes, curved%strain, curved%area, r%d(k + 1:k + lanes, :))
       end do
-
-   contains
-
-      pure subroutine pull_force(f)
-         real(wp), intent(inout) :: f(lanes, 3)
-         real(wp) :: s(lanes, 3)
-         integer :: v
-         s = f
-         do v = 1, 3
-            f(:, v) = curved%area*(curved%strain(:, 1, v)*s(:, 1) + curved%strain(:, 2, v)*s(:, 2) + curved%strain(:, 3, v)*s(:, 3))
-         end do
-      end subroutine pull_force
-
-      pure subroutine pull_tangent(c)
-         real(wp), intent(inout) :: c(lanes, 6)
-         real(wp) :: t(lanes, 3, 3)
-         integer :: i, j, p
-         do j = 1, 3
-            do i = 1, 3
-               t(:, i, j) = c(:, pack(i, 1))*curved%strain(:, 1, j) + c(:, pack(i, 2))*curved%strain(:, 2, j) &
-                  + c(:, pack(i, 3))*curved%strain(:, 3, j)
-            end do
-         end do
-         do p = 1, 6
-            i = row(p)
-            j = column(p)
-            c(:, p) = curved%area*(curved%strain(:, 1, i)*t(:, 1, j) + curved%strain(:, 2, i)*t(:, 2, j) &
-                                   + curved%strain(:, 3, i)*t(:, 3, j))
-         end do
-      end subroutine pull_tangent
    end subroutine from_curved
 end module finshell_curved

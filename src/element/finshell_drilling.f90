@@ -40,16 +40,17 @@ contains
    !> Drilling strain of a block of elements with its first derivatives.
    !>
    !> eta is a smooth step of s = 2 J^2/tr C - 1 between 0 and 1: 2 J^2/tr C is the harmonic mean of the squared principal
-   !> stretches, so <Q>, which a compressive stress would turn against the drilling stiffness, acts only where both directions
+   !> stretches (over `area`, from the stress-free state), so <Q>, which a compressive stress would turn against the drilling stiffness, acts only where both directions
    !> are stretched.
-   pure subroutine new_drilling(level, ref, c, jacobian, tau, kink, d)
+   pure subroutine new_drilling(level, ref, c, jacobian, tau, kink, area, d)
       integer, intent(in) :: level
       type(reference_t), intent(in) :: ref
       real(wp), intent(in) :: c(lanes, 3), jacobian(lanes)
       real(wp), intent(in) :: tau(lanes, 3) !< drilling angles
       type(kink_t), intent(in) :: kink
+      real(wp), intent(in) :: area(lanes) !< of the stress-free element over that of the reference
       type(drilling_t), intent(inout) :: d
-      real(wp), dimension(lanes) :: inverse, mean, s
+      real(wp), dimension(lanes) :: free, inverse, mean, s
       integer :: i, v
 
       d%a(:, 1) = tau(:, 1) - tau(:, 3)
@@ -61,21 +62,22 @@ contains
          d%a = d%a + kink%value
       end if
       inverse = 1/(c(:, 1) + c(:, 2))
-      mean = 2*jacobian**2*inverse
+      free = 1/area
+      mean = 2*jacobian**2*inverse*free
       s = min(max(mean - 1, 0.0_wp), 1.0_wp)
       d%eta = s**3*(10 - 15*s + 6*s**2)
       if (level >= level_force) then
          d%deta = 30*(s*(1 - s))**2
-         d%ds(:, 1) = (4*c(:, 2) - 2*mean)*inverse
-         d%ds(:, 2) = (4*c(:, 1) - 2*mean)*inverse
-         d%ds(:, 3) = -4*c(:, 3)*inverse
+         d%ds(:, 1) = (4*c(:, 2)*free - 2*mean)*inverse
+         d%ds(:, 2) = (4*c(:, 1)*free - 2*mean)*inverse
+         d%ds(:, 3) = -4*c(:, 3)*free*inverse
       end if
       if (level >= level_tangent) then
          d%ddeta = 60*s*(1 - s)*(1 - 2*s)
          d%dds(:, 1) = -4*d%ds(:, 1)*inverse
          d%dds(:, 2) = -4*d%ds(:, 2)*inverse
-         d%dds(:, 3) = -4*inverse
-         d%dds(:, 4) = (8 - 2*d%ds(:, 1) - 2*d%ds(:, 2))*inverse
+         d%dds(:, 3) = -4*free*inverse
+         d%dds(:, 4) = (8*free - 2*d%ds(:, 1) - 2*d%ds(:, 2))*inverse
          d%dds(:, 5) = -2*d%ds(:, 3)*inverse
          d%dds(:, 6) = d%dds(:, 5)
       end if

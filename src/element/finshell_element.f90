@@ -3,16 +3,17 @@
 !> A block of `lanes` elements is evaluated at once; state in, state out, no history. Element numbers, threads and error
 !> lists belong to finshell_batch.
 module finshell_element
-   use finshell_kinds, only: wp, i4, lanes
+   use finshell_kinds, only: wp, i4, lanes, points_per_block
    use finshell_freedoms, only: n_shell
    use finshell_cap, only: cap_volume
-   use finshell_curved, only: curved_t, turned_t, new_curved, new_turned, turn_nodes
+   use finshell_curved, only: curved_t, turned_t, new_curved, new_turned, reference_curvature, turn_nodes
    use finshell_core, only: core_t, stress_t, heading_t, evaluate_core, n_core
    use finshell_filter, only: filter_t, new_filter
    use finshell_heading, only: new_heading, set_direction
    use finshell_lift, only: lift, core_variation
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_material_direction, only: material_direction
+   use finshell_own, only: own_t
    use finshell_reference, only: reference_t, new_reference, hold_sides
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t, formulation_s
@@ -42,6 +43,7 @@ module finshell_element
       !> a law has a switch (finshell_material).
       logical :: has_toward
       real(wp) :: toward(lanes, n_shell)
+      type(own_t) :: own !< thickness, offset, growth of their own
       logical :: has_normals
       real(wp) :: normal(lanes, 3, 3) !< of the curved reference at the nodes (element, component, node)
    end type block_t
@@ -68,8 +70,8 @@ contains
       call deform(section, level, block, ref, curved, filter, vectors, quaternion, heading, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
-      if (.not. section%isotropic) call material_direction(ref%frame, block%direction, axes, status)
-      call evaluate_core(section, level, ref, curved, filter, axes, heading, core, status, stress)
+      if (.not. section%isotropic .or. block%own%grown) call material_direction(ref%frame, block%direction, axes, status)
+      call evaluate_core(section, block%own, level, ref, curved, filter, axes, heading, core, status, stress)
       energy = core%energy
       if (level >= level_force) call lift_block(level, block, ref, filter, vectors, core, force, tangent)
    end subroutine evaluate_block
@@ -158,9 +160,9 @@ contains
       call deform(section, level_tangent, block, ref, curved, filter, vectors, quaternion, heading, status)
       axes(:, 1) = 1
       axes(:, 2) = 0
-      if (.not. section%isotropic) call material_direction(ref%frame, block%direction, axes, status)
+      if (.not. section%isotropic .or. block%own%grown) call material_direction(ref%frame, block%direction, axes, status)
       call core_variation(ref, filter, increment, variation)
-      call evaluate_core(section, level_tangent, ref, curved, filter, axes, heading, core, status, variation=variation, &
+      call evaluate_core(section, block%own, level_tangent, ref, curved, filter, axes, heading, core, status, variation=variation, &
                          predicted=stress)
    end subroutine predict_block
 
@@ -176,12 +178,12 @@ contains
       type(core_t) :: core
       type(heading_t) :: heading
       type(vector_rotation_t) :: vectors
-      real(wp) :: quaternion(lanes, 4, 3)
+      real(wp) :: quaternion(lanes, 4, 3), bend(points_per_block, 3)
       integer :: i
 
       call deform(section, level_force, block, ref, curved, filter, vectors, quaternion, heading, status)
       call material_direction(ref%frame, block%direction, r%axes, status)
-      call evaluate_core(section, level_force, ref, curved, filter, r%axes, heading, core, status, recovers=.true.)
+      call evaluate_core(section, block%own, level_force, ref, curved, filter, r%axes, heading, core, status, recovers=.true.)
       r%stretch = core%stretch
       do i = 1, 3
          if (curved%any) then
@@ -198,6 +200,15 @@ contains
          r%frame(:, i, 2) = r%axes(:, 1)*filter%rotation(:, i, 2) - r%axes(:, 2)*filter%rotation(:, i, 1)
       end do
       r%energy = core%energy/(ref%area*section%thickness)
+      if (block%own%sized) r%energy = r%energy/block%own%ratio
+      r%own = block%own
+      r%bend = 0
+      if (curved%any .and. block%own%grown) then
+         call reference_curvature(curved, bend)
+         do i = 1, 3
+            r%bend(:, i) = mean(bend(:, i))
+         end do
+      end if
       if (curved%any) r%energy = r%energy/curved%area
       ! from the element frame into the material direction
       r%back(:, 1) = r%axes(:, 1)
@@ -238,10 +249,10 @@ contains
       heading%floor = 0
       heading%directed = .false.
       switched = section%switched .and. level >= level_tangent
-      if (switched) call new_heading(section, ref, curved, block%x, block%u, quaternion, heading)
+      if (switched) call new_heading(section, block%own, ref, curved, block%x, block%u, quaternion, heading)
       if (curved%any) call turn_nodes(curved, quaternion)
       call new_filter(ref, block%u, quaternion, filter, status)
-      if (switched .and. block%has_toward) call set_direction(section, ref, filter, block%toward, heading)
+      if (switched .and. block%has_toward) call set_direction(section, block%own, ref, filter, block%toward, heading)
    end subroutine deform
 
    !> Nodal rotations as quaternions.

@@ -12,8 +12,9 @@ module finshell_element_fields
    use finshell_element_field, only: element_field_t, field, at_element, at_surfaces, at_layers, change_none, change_quadratic
    use finshell_kinds, only: wp, i4, lanes
    use finshell_recovered, only: recovered_t
-   use finshell_resultants, only: cauchy_stress, layer_direction
+   use finshell_resultants, only: layer_direction
    use finshell_section, only: section_t
+   use finshell_section_strain, only: cauchy_stress, elastic_strain, layer_at
    use finshell_status, only: status_no_value
    use finshell_voigt, only: rotate_strain, rotate_stress
    implicit none
@@ -37,11 +38,11 @@ contains
          field('stress', '11, 22, 12', at_surfaces, 'stress', surface_stress, &
                'Cauchy stress'), &
          field('strain', '11, 22, 12', at_surfaces, '-', strain, &
-               'Green-Lagrange strain'), &
+               'Green-Lagrange strain, from the stress-free state'), &
          field('curvature', '11, 22, 12', at_element, '1/length', curvature, &
                'change of the Green-Lagrange strain per reference height'), &
          field('principal_stretch', '1, 2', at_surfaces, '-', stretch, &
-               'in the plane of the element, the larger first', principal_values, raw=3), &
+               'in the plane of the element, from the stress-free state, the larger first', principal_values, raw=3), &
          field('principal_direction_1', 'x, y, z', at_surfaces, '-', stretch, &
                'direction of the larger principal stretch', larger_direction), &
          field('principal_direction_2', 'x, y, z', at_surfaces, '-', stretch, &
@@ -51,7 +52,7 @@ contains
          field('von_mises', '', at_surfaces, 'stress', surface_stress, &
                'equivalent stress of von Mises', von_mises, raw=3), &
          field('fibre_stretch', '1, 2', at_layers, '-', fibre_stretch, &
-               'along the families of fibres of the law; one family counts twice'), &
+               'along the families of fibres of the law, from the stress-free state; one family counts twice'), &
          field('fibre_direction_1', 'x, y, z', at_layers, '-', fibre_direction_1, &
                'direction of the first family of fibres', along, raw=2, change=change_none), &
          field('fibre_direction_2', 'x, y, z', at_layers, '-', fibre_direction_2, &
@@ -119,7 +120,7 @@ contains
       integer, intent(in) :: place
       real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
-      values = strain_at(r, surface(section, place))
+      values = strain_at(section, r, layer_at(section, surface(section, place)), surface(section, place))
    end subroutine strain
 
    pure subroutine stretch(section, r, place, values, status)
@@ -128,7 +129,7 @@ contains
       integer, intent(in) :: place
       real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
-      values = stretch_at(r, surface(section, place))
+      values = stretch_at(section, r, layer_at(section, surface(section, place)), surface(section, place))
    end subroutine stretch
 
    pure subroutine surface_stress(section, r, place, values, status)
@@ -137,7 +138,7 @@ contains
       integer, intent(in) :: place
       real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
-      call cauchy_stress(section, surface(section, place), r%membrane, r%curvature, r%axes, values, status)
+      call cauchy_stress(section, surface(section, place), r%membrane, r%curvature, r%axes, values, status, r%own, r%bend)
       call rotate_stress(lanes, r%back, values)
    end subroutine surface_stress
 
@@ -148,7 +149,7 @@ contains
       real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
       real(wp) :: axes(lanes, 2)
-      call cauchy_stress(section, middle(section, place), r%membrane, r%curvature, r%axes, values, status)
+      call cauchy_stress(section, middle(section, place), r%membrane, r%curvature, r%axes, values, status, r%own, r%bend)
       call layer_direction(section%layers(place), r%axes, axes)
       call rotate_stress(lanes, reverse(axes), values)
    end subroutine material_stress
@@ -159,12 +160,11 @@ contains
       integer, intent(in) :: place
       real(wp), intent(inout), contiguous :: values(:, :)
       integer(i4), intent(inout) :: status(lanes)
-      real(wp) :: axes(lanes, 2), e(lanes, 3), fibre(3, 2)
+      real(wp) :: e(lanes, 3), fibre(3, 2)
       integer :: i, families
       call section%layers(place)%law%fibres(families, fibre)
       if (families == 0) status = max(status, status_no_value)
-      call layer_direction(section%layers(place), r%axes, axes)
-      call rotate_strain(lanes, axes, r%membrane + middle(section, place)*r%curvature, e)
+      call elastic_strain(section, place, middle(section, place), r%membrane, r%curvature, r%axes, r%own, e, r%bend)
       do i = 1, 2
          associate (f => fibre(:, max(1, min(i, families))))
             values(:, i) = sqrt(1 + 2*(f(1)*e(:, 1) + f(2)*e(:, 2) + f(3)*e(:, 3)))
@@ -207,26 +207,34 @@ contains
          s = sign(sqrt(f(2)), f(3))
          a = [layer%cosine*c - layer%sine*s, layer%sine*c + layer%cosine*s]
       end associate
-      u = stretch_at(r, middle(section, place))
+      u = stretch_at(section, r, place, middle(section, place))
       values(:, 1) = u(:, 1)*a(1) + u(:, 3)*a(2)
       values(:, 2) = u(:, 3)*a(1) + u(:, 2)*a(2)
    end subroutine fibre_direction
 
-   !> Green-Lagrange strain at a reference height, along the material direction.
-   pure function strain_at(r, height) result(e)
+   !> Green-Lagrange strain at a height of the section, from the stress-free state, along the material direction.
+   pure function strain_at(section, r, layer, height) result(e)
+      type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
+      integer, intent(in) :: layer
       real(wp), intent(in) :: height
       real(wp) :: e(lanes, 3)
-      e = tensor(r%axes, r%membrane + height*r%curvature)
+      real(wp) :: local(lanes, 3), back(lanes, 2)
+      call elastic_strain(section, layer, height, r%membrane, r%curvature, r%axes, r%own, local, r%bend)
+      back(:, 1) = section%layers(layer)%cosine
+      back(:, 2) = -section%layers(layer)%sine
+      e = tensor(back, local)
    end function strain_at
 
    !> U = C^(1/2) in the plane, by its closed form (C + J I)/t.
-   pure function stretch_at(r, height) result(u)
+   pure function stretch_at(section, r, layer, height) result(u)
+      type(section_t), intent(in) :: section
       type(recovered_t), intent(in) :: r
+      integer, intent(in) :: layer
       real(wp), intent(in) :: height
       real(wp) :: u(lanes, 3)
       real(wp) :: jacobian(lanes), t(lanes)
-      u = 2*strain_at(r, height)
+      u = 2*strain_at(section, r, layer, height)
       jacobian = sqrt((1 + u(:, 1))*(1 + u(:, 2)) - u(:, 3)**2)
       t = sqrt(2 + u(:, 1) + u(:, 2) + 2*jacobian)
       u(:, 1) = (1 + u(:, 1) + jacobian)/t

@@ -138,7 +138,7 @@ contains
    !> as thick as long, a small one lets the geometric stiffness of bending win. Thickness and length have the same unit.
    pure subroutine drilling_weight(ref, thickness, beta0)
       type(reference_t), intent(in) :: ref
-      real(wp), intent(in) :: thickness
+      real(wp), intent(in) :: thickness(lanes)
       real(wp), intent(out) :: beta0(lanes)
       beta0 = min(max(thickness**2/max(ref%side2(:, 1), ref%side2(:, 2), ref%side2(:, 3)), 1.0e-5_wp), 0.3_wp)
    end subroutine drilling_weight

@@ -8,6 +8,7 @@
 !> reference, C = I, is added there. It vanishes for constant curvature: what is added to a bent sheet goes with l^2.
 module finshell_twist
    use finshell_kinds, only: wp, lanes
+   use finshell_own, only: own_t
    use finshell_reference, only: reference_t, side_from, side_to
    use finshell_resultants, only: reference_membrane_tangent
    use finshell_section, only: section_t
@@ -29,22 +30,24 @@ module finshell_twist
 contains
 
    !> Constant stiffness of a block of elements.
-   pure subroutine new_twist(section, ref, axes, slope, twist)
+   pure subroutine new_twist(section, own, ref, thickness, axes, slope, twist)
       type(section_t), intent(in) :: section
+      type(own_t), intent(in) :: own
       type(reference_t), intent(in) :: ref
+      real(wp), intent(in) :: thickness(lanes)
       real(wp), intent(in) :: axes(lanes, 2) !< cosine, sine of the material direction in the element frame
       real(wp), intent(in) :: slope(lanes, 6)
       type(twist_t), intent(inout) :: twist
       real(wp) :: weight(lanes), c(lanes, 6), curl(lanes, 6, 3), side(lanes)
       integer :: a, i, j, k, point
 
-      weight = section%thickness/sqrt(max(ref%side2(:, 1), ref%side2(:, 2), ref%side2(:, 3)))
+      weight = thickness/sqrt(max(ref%side2(:, 1), ref%side2(:, 2), ref%side2(:, 3)))
       weight = min(max((weight - from_ratio)/(to_ratio - from_ratio), 0.0_wp), 1.0_wp)
       twist%any = any(weight > 0)
       if (.not. twist%any) return
       twist%slope = slope
-      call reference_membrane_tangent(section, axes, c)
-      weight = weight*(part*section%thickness**2/12)*c(:, 3)*(ref%area/3)
+      call reference_membrane_tangent(section, axes, c, own)
+      weight = weight*(part*thickness**2/12)*c(:, 3)*(ref%area/3)
       do point = 1, 3
          do i = 1, 3
             curl(:, 2*i - 1, point) = ref%gradient(:, 2, i)

@@ -12,7 +12,7 @@ The package calls the shared library libfinshell (see `finshell.find_library` fo
 Conventions, units and codes are those of finshell.h; everything raises `Error` when it fails.
 """
 from ._element import (Evaluation, Layer, Pressure, Recovery, Rotation, Section, Sheet, Wrinkles, enclosed_volume,
-                       follower_pressure, pressure)
+                       follower_pressure, growth, pressure)
 from ._field import Field, fields
 from ._library import ABI, Error, Recoverable, find_library, message, version
 from ._material import Parameter, material_names, material_parameters
@@ -20,7 +20,7 @@ from ._rotation import (compose, rotation_exp, rotation_log, rotation_matrix, ro
 
 __all__ = [
     "ABI", "Error", "Evaluation", "Field", "Layer", "Parameter", "Pressure", "Recoverable", "Recovery", "Rotation", "Section",
-    "Sheet", "Wrinkles", "compose", "enclosed_volume", "fields", "find_library", "follower_pressure", "material_names",
+    "Sheet", "Wrinkles", "compose", "enclosed_volume", "fields", "find_library", "follower_pressure", "growth", "material_names",
     "material_parameters", "message", "pressure", "rotation_exp", "rotation_log", "rotation_matrix", "rotation_tangent", "update",
     "version",
 ]

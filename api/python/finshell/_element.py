@@ -85,13 +85,15 @@ class _Elements:
     """The argument block of a call, and the arrays it points to."""
 
     def __init__(self, X: Any, u: Any, rotations: Any, convention: Rotation, threads: int, state: Any, direction: Any,
-                 normals: Any, toward: Any, straight: Any, freedoms: int = 18) -> None:
+                 normals: Any, toward: Any, straight: Any, freedoms: int = 18, layers: int = 1, thickness: Any = None,
+                 offset: Any = None, growth: Any = None) -> None:
         X = array("X", X, (-1, 3, 3))
         self.n = n = len(X)
         self._arrays = {"X": X, "u": array("u", u, (n, 3, 3))}
         for name, values, shape in (("rotations", rotations, (n, 3, 4 if convention == Rotation.QUATERNION else 3)),
                                     ("state", state, (n, 3, 4)), ("direction", direction, (n, 3)), ("normals", normals, (n, 3, 3)),
-                                    ("toward", toward, (n, freedoms)), ("straight", straight, (n, 3))):
+                                    ("toward", toward, (n, freedoms)), ("straight", straight, (n, 3)), ("thickness", thickness, (n,)),
+                                    ("offset", offset, (n,)), ("growth", growth, (n, layers, 4))):
             if values is not None:
                 self._arrays[name] = array(name, values, shape, np.int32 if name == "straight" else np.float64)
         block = CElements(size=ctypes.sizeof(CElements), n=n, convention=int(convention), threads=threads,
@@ -139,20 +141,23 @@ class Section:
         self.freedoms = int(library().finshell_section_freedoms(handle, None))  # of an element: 18, of a membrane 9
 
     def evaluate(self, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
-                 direction: Any = None, normals: Any = None, toward: Any = None, straight: Any = None, energy: bool = True,
-                 force: bool = True, tangent: bool = True, threads: int = 1, raise_errors: bool = True) -> Evaluation:
+                 direction: Any = None, normals: Any = None, toward: Any = None, straight: Any = None, thickness: Any = None,
+                 offset: Any = None, growth: Any = None, energy: bool = True, force: bool = True, tangent: bool = True,
+                 threads: int = 1, raise_errors: bool = True) -> Evaluation:
         """Energy, force and tangent of n elements.
 
         X, u: (n, 3, 3) reference coordinates and displacements (element, node, component). rotations: (n, 3, 3) vectors or
         (n, 3, 4) quaternions; membranes have none. direction: (n, 3), material direction 1 (default: global x). normals:
         (n, 3, 3), normals of the surface at the nodes, of any length (default: flat facets). toward: (n, freedoms),
         displacements and spins in whose direction a law with a switch is looked at. straight: (n, 3) booleans, sides 0-1,
-        1-2, 2-0 whose displacement is prescribed. threads 0: as OpenMP chooses.
+        1-2, 2-0 whose displacement is prescribed. thickness, offset: (n,), of the elements' own. growth: (n, layers, 4), strain
+        E11, E22, 2 E12 of the stress-free state of each layer and growth of its thickness less 1 (see `growth`). threads 0: as OpenMP chooses.
         Raises Recoverable (cut the step) or Error when an element fails; with raise_errors=False failed elements have zeros
         and a code in `codes`, and only a call that is wrong as a whole raises.
         """
         m = self.freedoms
-        elements = _Elements(X, u, rotations, convention, threads, state, direction, normals, toward, straight, m)
+        elements = _Elements(X, u, rotations, convention, threads, state, direction, normals, toward, straight, m, self._layers, thickness,
+                             offset, growth)
         n = elements.n
         result = Evaluation(np.empty(n) if energy else None, np.empty((n, m)) if force else None,
                             np.empty((n, m, m)) if tangent else None, np.zeros(n, np.int32))
@@ -164,9 +169,11 @@ class Section:
         return result
 
     def recover(self, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
-                direction: Any = None, normals: Any = None, straight: Any = None, raise_errors: bool = True) -> Recovery:
+                direction: Any = None, normals: Any = None, straight: Any = None, thickness: Any = None, offset: Any = None,
+                growth: Any = None, raise_errors: bool = True) -> Recovery:
         """Thickness stretch, resultants and Cauchy stresses of n elements; arguments as in `evaluate`."""
-        elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight)
+        elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight, self.freedoms, self._layers,
+                             thickness, offset, growth)
         n = elements.n
         result = Recovery(np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)), np.zeros(n, np.int32))
         status = Status()
@@ -178,13 +185,15 @@ class Section:
         return result
 
     def recover_field(self, name: str, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *,
-                      state: Any = None, direction: Any = None, normals: Any = None, straight: Any = None, raise_errors: bool = True) -> Doubles:
+                      state: Any = None, direction: Any = None, normals: Any = None, straight: Any = None,
+                      thickness: Any = None, offset: Any = None, growth: Any = None, raise_errors: bool = True) -> Doubles:
         """An element field of `finshell.fields()`: (n, places, components), without the second for fields "at" the element and
         without the last for scalars; other arguments as in `evaluate`. Failed elements have zeros."""
         field = next((f for f in fields() if f.name == name), None)
         if field is None:
             raise ValueError(f"unknown field {name!r}, there are: {', '.join(f.name for f in fields())}")
-        elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight)
+        elements = _Elements(X, u, rotations, convention, 1, state, direction, normals, None, straight, self.freedoms, self._layers,
+                             thickness, offset, growth)
         places = {"element": (), "surfaces": (3,), "layers": (self._layers,)}[field.at]
         values = np.zeros((elements.n, *places, *((len(field.components),) if field.components else ())))
         codes, status = np.zeros(elements.n, np.int32), Status()
@@ -194,9 +203,11 @@ class Section:
             check(status)
         return values
 
-    def wrinkles(self, X: Any, u: Any, *, direction: Any = None, raise_errors: bool = True) -> Wrinkles:
+    def wrinkles(self, X: Any, u: Any, *, direction: Any = None, thickness: Any = None, growth: Any = None,
+                 raise_errors: bool = True) -> Wrinkles:
         """Which of n membranes are slack, wrinkled or taut, and where the wrinkles run; arguments as in `evaluate`."""
-        elements = _Elements(X, u, None, Rotation.VECTOR, 1, None, direction, None, None, None)
+        elements = _Elements(X, u, None, Rotation.VECTOR, 1, None, direction, None, None, None, self.freedoms, self._layers,
+                             thickness, None, growth)
         n = elements.n
         result = Wrinkles(np.zeros(n, np.int32), np.zeros((n, 3)), np.zeros(n, np.int32))
         status = Status()
@@ -206,16 +217,28 @@ class Section:
             check(status)
         return result
 
-    def mass(self, X: Any, *, lumped: bool = False) -> Doubles:
+    def mass(self, X: Any, *, lumped: bool = False, thickness: Any = None, offset: Any = None) -> Doubles:
         """Mass matrices (n, freedoms, freedoms) of n elements, or with `lumped` their diagonals, from the section's density."""
         X = array("X", X, (-1, 3, 3))
-        n = len(X)
+        elements = _Elements(X, np.zeros_like(X), None, Rotation.VECTOR, 1, None, None, None, None, None, thickness=thickness,
+                             offset=offset)
+        n = elements.n
         m = np.empty((n, self.freedoms) if lumped else (n, self.freedoms, self.freedoms))
         status = Status()
-        library().finshell_mass_matrix(self._handle, n, pointer(X), None if lumped else pointer(m), pointer(m) if lumped else None, None,
-                                ctypes.byref(status))
+        library().finshell_elements_mass(self._handle, elements.reference, None if lumped else pointer(m),
+                                         pointer(m) if lumped else None, None, ctypes.byref(status))
         check(status)
         return m
+
+
+def growth(along: Any = 1.0, across: Any = None, thickness: Any = 1.0) -> Doubles:
+    """Rows (..., 4) of `growth` for stretches of the stress-free state along and across the material direction, and of the thickness.
+
+    across: default as along. A sheet that has been stretched by s before it was built in has 1 / s.
+    """
+    g, h, t = np.broadcast_arrays(np.asarray(along, float), np.asarray(along if across is None else across, float),
+                                  np.asarray(thickness, float))
+    return np.stack([0.5 * (g - 1) * (g + 1), 0.5 * (h - 1) * (h + 1), np.zeros_like(g), t - 1], axis=-1)
 
 
 def follower_pressure(pressure: Any, X: Any, u: Any, *, symmetric: bool = False, origin: Any = None,

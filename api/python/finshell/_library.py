@@ -51,7 +51,7 @@ class CField(ctypes.Structure):
                 ("meaning", ctypes.c_char * 128), ("number", ctypes.c_int32), ("at", ctypes.c_int32)]
 
 
-_POINTERS = ("X", "u", "rotations", "state", "direction", "normals", "toward", "straight")
+_POINTERS = ("X", "u", "rotations", "state", "direction", "normals", "toward", "straight", "thickness", "offset", "growth")
 
 
 class CElements(ctypes.Structure):
@@ -124,6 +124,7 @@ _PROTOTYPES: Dict[str, Tuple[Any, List[Any]]] = {
     "finshell_section_freedoms": (_I, [_P, _S]),
     "finshell_elements_evaluate": (_I, [_P, _E, _D, _D, _D, _C, _S]),
     "finshell_elements_recover": (_I, [_P, _E, _D, _D, _D, _D, _C, _S]),
+    "finshell_elements_mass": (_I, [_P, _E, _D, _D, _C, _S]),
     "finshell_elements_wrinkles": (_I, [_P, _E, _C, _D, _C, _S]),
     "finshell_elements_pressure": (_I, [_E, _D, _I, _D, _D, _D, _D, _C, _S]),
     "finshell_evaluate": (_I, [_P, _I, _D, _D, _D, _I, _D, _D, _D, _D, _D, _C, _I, _S]),
