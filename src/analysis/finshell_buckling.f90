@@ -5,7 +5,7 @@
 !> tangents that differ in nothing else; the change of the geometry before buckling is left out, as usual. Fibres that act in
 !> tension only count for K where the linear solution stretches them (finshell_linear_step), first that of the constant loads.
 module finshell_buckling
-   use finshell_factor, only: by_load_factor, extrapolate
+   use finshell_factor, only: by_load_factor, extrapolate, factors_at
    use finshell_kinds, only: wp, dp
    use finshell_freedoms, only: n_nodal
    use finshell_arpack, only: pencil_t, lanczos
@@ -16,7 +16,8 @@ module finshell_buckling
    use finshell_equations, only: scatter
    use finshell_equilibrium, only: equilibrium_t
    use finshell_linear_solver, only: linear_solver_t
-   use finshell_linear_step, only: linear_motion, report_change
+   use finshell_growing, only: grown_by, part_of_growth
+   use finshell_linear_step, only: growing_by, linear_motion, report_change
    use finshell_mesh_sorting, only: sorted_order
    use finshell_mode, only: normalise_mode
    use finshell_observer, only: observer_t
@@ -115,6 +116,12 @@ contains
       call predict_stress(problem%assembly, problem%structure, problem%state, constant, stress(:, :, 1), toward=toward)
       call predict_stress(problem%assembly, problem%structure, problem%state, constant + proportional, stress(:, :, 2), &
                           toward=toward)
+      if (allocated(problem%structure%growths)) then
+         call add_growth(problem, growing_by(problem, 0.0_wp, constant_change), stress(:, :, 1))
+         call add_growth(problem, growing_by(problem, 1.0_wp, constant_change), stress(:, :, 2))
+         ! the material stays as it is: growth has changed the stress and nothing else
+         problem%state%growing = factors_at(problem%state, size(problem%equations%motion, 3))
+      end if
       problem%state%constant_factor = problem%state%constant_factor + constant_change
       call problem%evaluate_toward(.true., error, toward, stress=stress(:, :, 1))
       if (.not. allocated(error)) then
@@ -130,6 +137,22 @@ contains
       end if
       call problem%restore()
    end subroutine buckling_matrices
+
+   !> Add what a change of growth adds to the resultants where nothing moves, linearised.
+   subroutine add_growth(problem, change, stress)
+      type(equilibrium_t), intent(in) :: problem
+      real(wp), intent(in) :: change(:) !< (factors)
+      real(wp), intent(inout) :: stress(:, :)
+      real(wp), allocatable :: after(:, :), before(:, :), nothing(:, :)
+      real(wp) :: part
+      part = part_of_growth(problem%structure, problem%state, change)
+      if (.not. part > 0) return
+      allocate (after, before, mold=stress)
+      allocate (nothing(n_nodal, size(problem%equations%number, 2)), source=0.0_wp)
+      call predict_stress(problem%assembly, problem%structure, grown_by(problem%state, part*change), nothing, after)
+      call predict_stress(problem%assembly, problem%structure, grown_by(problem%state, -part*change), nothing, before)
+      stress = stress + (after - before)/(2*part)
+   end subroutine add_growth
 
    !> Both matrices in symmetric storage. Error: a pressure that is not conservative.
    subroutine take_symmetric(problem, pencil, error)

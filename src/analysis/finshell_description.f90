@@ -24,6 +24,7 @@ contains
       problem%crumples = any(structure%sections%membrane .and. .not. structure%sections%wrinkling)
       problem%size = mesh_size(structure%mesh)
       problem%slenderness = minval(structure%sections%thickness)/problem%size
+      if (allocated(structure%thickness)) problem%slenderness = minval(structure%thickness)/problem%size
       problem%detail = mean_side(structure%mesh)
       if (allocated(problem%watched)) deallocate (problem%watched)
    end subroutine describe

@@ -17,7 +17,7 @@ module finshell_equilibrium
    use finshell_cliques, only: cliques_t, joined
    use finshell_equations, only: new_equations, gather, unknowns_of
    use finshell_external, only: new_external
-   use finshell_factor, only: by_case, by_load_factor, unscaled, number_of_factors, scaled_sum
+   use finshell_factor, only: by_case, by_load_factor, unscaled, number_of_factors, scaled_sum, slopes
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: new_assembly, assemble
    use finshell_linear_solver, only: linear_solver_t
@@ -34,6 +34,7 @@ module finshell_equilibrium
    use finshell_inertia, only: inertia_t
    use finshell_fictitious_mass, only: fictitious_mass
    use finshell_ground, only: add_ground
+   use finshell_growing, only: growth_along, growth_levels, growth_powers, growth_rate_t
    use finshell_element_limit, only: element_trouble
    use finshell_team, only: leads, own_elements, shared, team_t
    implicit none
@@ -62,6 +63,7 @@ module finshell_equilibrium
       real(wp), allocatable, private :: ground(:) !< values of the stand-in of a soft structure, once it was needed
       integer, allocatable, private :: moved_elements(:) !< elements at moved nodes
       integer, allocatable, private :: diagonal(:) !< (n) where it stands among the values
+      type(growth_rate_t) :: growth !< left by `evaluate` with tangent; its force is unallocated where nothing grows
    contains
       procedure :: evaluate
       procedure :: evaluate_toward
@@ -127,7 +129,7 @@ contains
       self%half%solver%options = self%solver%options
       call self%solver%analyse(pattern, error)
       if (allocated(error)) return
-      call self%begin_unloaded()
+      call self%begin_unloaded(self%stage)
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
       self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
       if (allocated(self%residual)) &
@@ -137,6 +139,8 @@ contains
       self%entry = entry_t()
       allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
+      if (allocated(self%growth%force)) deallocate (self%growth%force)
+      if (allocated(structure%growths)) allocate (self%growth%force(n_nodal, nodes), source=0.0_wp)
       self%moved_elements = elements_at(structure%mesh, moving_nodes(self%equations))
       self%entry%energy = self%external%standing_energy(structure, self%equations, self%state) ! what tension stores at the start
       self%base_entry = self%entry
@@ -219,6 +223,12 @@ contains
             self%internal_force, self%external_force, out_of_balance, toward)
          self%motion_stiffness = -motion_times(self%equations, self%state, active, out_of_balance)
          call add_rate(self%state, active, unit_force, out_of_balance)
+         if (allocated(self%structure%growths)) then
+            call growth_along(self%structure, self%equations%held, self%state, &
+                              slopes(self%state, active, size(self%equations%motion, 3)), self%growth)
+            out_of_balance = out_of_balance - self%growth%force
+            self%motion_stiffness = self%motion_stiffness + self%growth%stiffness
+         end if
          call gather(self%equations, out_of_balance, self%rate(:self%equations%n))
          call self%external%chambers%linearise(self%equations, self%state, active, unit_force, self%gradient, self%compliance, &
             self%inflow, self%rate(self%equations%n + 1:))
@@ -235,6 +245,8 @@ contains
          self%misfit, error)
       levels = force_levels(self%equations, scaled_sum(self%state, unit_force), out_of_balance, unit_force(:, :, unscaled:))
       if (allocated(self%inertia)) levels = max(levels, self%inertia%level)
+      if (allocated(self%structure%growths)) levels = max(levels, &
+         growth_levels(self%structure, self%equations%held, self%state, size(self%equations%motion, 3), self%detail))
       self%force_level = levels(1)
       self%moment_level = levels(2)
       if (.not. self%drag > 0) return
@@ -263,12 +275,21 @@ contains
    subroutine keep_base(self)
       class(equilibrium_t), intent(inout) :: self
       self%base_entry = self%entry
+      if (allocated(self%structure%growths)) self%base_entry%grown = powers_of_growth(self)
    end subroutine keep_base
+
+   !> (factors) Derivatives of the stored energy with respect to the factors of growth.
+   function powers_of_growth(self) result(powers)
+      class(equilibrium_t), intent(in) :: self
+      real(wp), allocatable :: powers(:)
+      powers = growth_powers(self%structure, self%equations%held, self%state, size(self%equations%motion, 3))
+   end function powers_of_growth
 
    function balance(self, scaling) result(value)
       class(equilibrium_t), intent(inout) :: self
       integer, intent(in) :: scaling
       type(balance_t) :: value
+      if (allocated(self%structure%growths)) self%entry%grown = powers_of_growth(self)
       if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
          scaling, self%external, self%structure, self%equations, self%assembly, value)
       call value%spend(self%taken)

@@ -20,6 +20,7 @@ module finshell_ledger
       real(wp), allocatable :: bulges(:, :, :) !< (n_nodal, nodes, factors) what loads that depend on rotations add to it
       real(wp) :: energy = 0 !< stored, also by what no factor scales
       real(wp), allocatable :: reaction(:) !< (factors) of the moved supports, times their motion per factor
+      real(wp), allocatable :: grown(:) !< (factors) derivatives of the energy with respect to those that make something grow
    end type entry_t
 
 contains
@@ -111,6 +112,15 @@ contains
       before = factors_at(base, many)
       after = factors_at(state, many)
       change = after - before
+      value%by_factor = 0.5_wp*(before + after)*way
+      value%supports = dot_product(0.5_wp*(first + last), change)
+      if (allocated(from%grown) .and. allocated(to%grown)) then
+         associate (n => size(to%grown))
+            value%by_factor(:n) = value%by_factor(:n) + 0.5_wp*(from%grown + to%grown)*change(:n)
+            first(:n) = first(:n) + from%grown
+            last(:n) = last(:n) + to%grown
+         end associate
+      end if
       ! what follows the factor that changes counts with the slope of its chord
       share = slopes(state, active, many)
       if (abs(change(active)) > 0) then
@@ -127,8 +137,6 @@ contains
       end associate
       value%level = to%energy
       value%energy = to%energy - from%energy
-      value%by_factor = 0.5_wp*(before + after)*way
-      value%supports = dot_product(0.5_wp*(first + last), change)
       value%work = sum(value%by_factor) + value%supports
       value%duality = dot_product(share, way - (last - first))
       value%least = sum(min(before*way, after*way)) + sum(min(first, last)*change)

@@ -13,7 +13,8 @@ module finshell_linear_step
    use finshell_equations, only: field_pressure, gather, scatter
    use finshell_held_motion, only: motion_at
    use finshell_equilibrium, only: equilibrium_t
-   use finshell_factor, only: by_load_factor, by_constant_factor
+   use finshell_factor, only: by_load_factor, by_constant_factor, slopes
+   use finshell_growing, only: growth_along, growth_rate_t
    use finshell_load_terms, only: add_rate, add_stiffness_times, turn_moments
    use finshell_observer, only: observer_t, record_t, vibration_t
    use finshell_state, only: state_t, linear_change_t, move_state
@@ -22,7 +23,7 @@ module finshell_linear_step
    use finshell_team, only: largest_of
    implicit none
    private
-   public :: solve_linear, linear_motion, report_change
+   public :: solve_linear, linear_motion, growing_by, report_change
 
    integer, parameter :: most_solutions = 40, full_solutions = 10 !< to find the fibres that act; until damping begins
 
@@ -46,6 +47,7 @@ contains
       call linear_motion(problem, load_change, constant_change, change%motion, change%toward, solutions, error, &
                          pressure=change%pressure)
       if (allocated(error)) return
+      if (allocated(problem%structure%growths)) change%growing = growing_by(problem, load_change, constant_change)
       call change_forces(problem, load_change, constant_change, change)
       call report_change(problem, change, step%final_load_factor, control_linear, solutions, observer, error)
    end subroutine solve_linear
@@ -192,19 +194,37 @@ contains
       end do
    end subroutine turn_reactions
 
+   !> (factors) Change of the factors that growth goes by.
+   pure function growing_by(problem, load_change, constant_change) result(change)
+      type(equilibrium_t), intent(in) :: problem
+      real(wp), intent(in) :: load_change, constant_change
+      real(wp), allocatable :: change(:)
+      associate (state => problem%state, n => size(problem%equations%motion, 3))
+         change = load_change*slopes(state, by_load_factor, n)
+         if (abs(constant_change) > 0) change = change + constant_change*slopes(state, by_constant_factor, n)
+      end associate
+   end function growing_by
+
    !> Internal and external forces after the change (their difference: reactions), and the stored energy.
    subroutine change_forces(problem, load_change, constant_change, change)
       type(equilibrium_t), intent(inout) :: problem
       real(wp), intent(in) :: load_change, constant_change
       type(linear_change_t), intent(inout) :: change
       real(wp), allocatable :: before(:, :), unit_force(:, :, :), bulges(:, :, :)
+      type(growth_rate_t) :: grown
       integer :: i
 
       before = problem%internal_force
       call add_stiffness_times(problem%structure, problem%equations, [(i, i=1, size(problem%structure%mesh%triangles, 2))], &
                                problem%state, change%motion, problem%internal_force, change%toward)
       call turn_moments(before, change%motion, problem%internal_force)
-      change%energy = 0.5_wp*sum((before + problem%internal_force)*change%motion)
+      if (allocated(change%growing)) then
+         allocate (grown%force(n_nodal, size(before, 2)))
+         call growth_along(problem%structure, problem%equations%held, problem%state, change%growing, grown)
+         problem%internal_force = problem%internal_force + grown%force
+         change%energy = grown%power + 0.5_wp*(grown%stiffness + sum(grown%force*change%motion))
+      end if
+      change%energy = change%energy + 0.5_wp*sum((before + problem%internal_force)*change%motion)
       associate (loads => problem%external, structure => problem%structure, equations => problem%equations, state => problem%state)
          change%energy = change%energy + loads%standing_energy(structure, equations, state, change%motion)
          call loads%evaluate(structure, equations, state, problem%assembly, unit_force, bulges)

@@ -50,8 +50,9 @@ contains
 
    !> What path following is told of the structure, once its equations and loads are known, and the unloaded state. Nothing is
    !> watched yet.
-   subroutine begin_unloaded(self)
+   subroutine begin_unloaded(self, stage)
       class(moving_structure_t), intent(inout) :: self
+      integer, intent(in) :: stage !< the step that begins
       call describe(self, self%structure, self%equations)
       associate (structure => self%structure, equations => self%equations, chambers => self%external%chambers)
          self%n = equations%n + chambers%n
@@ -61,6 +62,9 @@ contains
          self%weight = [lumped_weight(structure%mesh, equations, self%detail), spread(0.0_wp, 1, chambers%n)]
          self%has_constants = self%external%has_constants .or. any(abs(equations%motion(:, :, by_constant_factor)) > 0)
          call new_state(self%state, size(structure%mesh%coordinates, 2), structure%cases + chambers%n)
+         self%state%stage = stage
+         if (allocated(structure%growths)) self%has_constants = self%has_constants &
+            .or. any(structure%growths%list%scaling == by_constant_factor .and. structure%growths%list%span%covers(stage))
          call start_following(self%state, structure%followers)
       end associate
       self%base = self%state

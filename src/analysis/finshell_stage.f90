@@ -1,4 +1,4 @@
-!> Stages: between steps supports and loads come and go.
+!> Stages: between steps supports, loads and growths come and go.
 !>
 !> The equations are numbered anew, the state stays. A support that comes holds its nodes where they are, and moves them by what its
 !> factor changes from then on. What is out of balance - reactions of supports that have gone, loads that have come or gone - is
@@ -35,6 +35,8 @@ contains
          same = all(structure%supports%span%covers(one) .eqv. structure%supports%span%covers(other))
       if (allocated(structure%loads)) &
          same = same .and. all(structure%loads%span%covers(one) .eqv. structure%loads%span%covers(other))
+      if (allocated(structure%growths)) same = same .and. &
+         all(structure%growths%list%span%covers(one) .eqv. structure%growths%list%span%covers(other))
    end function is_same_stage
 
    !> Go from an equilibrium state to the loads and supports of a step. Errors: those of `new_equilibrium`.
@@ -65,8 +67,9 @@ contains
       call new_equilibrium(problem, problem%structure, error)
       if (allocated(error)) return
       problem%state = state
-      problem%base = state
-      problem%iterate = state
+      problem%state%stage = step
+      problem%base = problem%state
+      problem%iterate = problem%state
    end subroutine renumber
 
    !> The equations have been numbered anew: vectors over them mean nothing any more.

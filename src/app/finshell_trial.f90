@@ -161,6 +161,13 @@ contains
                yes = yes .or. (abs(chambers(i)%inflow) > 0 .and. any(scaled == chambers(i)%scaling))
             end do
          end associate
+         if (allocated(problem%structure%growths)) then
+            associate (growths => problem%structure%growths%list)
+               do i = 1, size(growths)
+                  yes = yes .or. (growths(i)%span%covers(problem%stage) .and. any(scaled == growths(i)%scaling))
+               end do
+            end associate
+         end if
          do i = 1, size(loads)
             if (.not. loads(i)%span%covers(problem%stage)) cycle
             yes = yes .or. (any(scaled == loads(i)%scaling) .and. acts(loads(i), problem%structure%mesh, problem%equations, &
@@ -240,8 +247,8 @@ contains
             text = input%file//': &initial_velocity: it moves nothing: it is on held nodes only'
          if (text /= '') return
       else if (size(input%structure%loads) == 0 .and. .not. any(abs(problem%equations%motion) > 0) &
-               .and. .not. any(abs(input%structure%chambers%inflow) > 0)) then
-         text = input%file//': nothing acts on the structure: there is no &load, no &chamber with an inflow, ' &
+               .and. .not. any(abs(input%structure%chambers%inflow) > 0) .and. .not. allocated(input%structure%growths)) then
+         text = input%file//': nothing acts on the structure: there is no &load, no &growth, no &chamber with an inflow, ' &
             //'and no support is moved'
          return
       end if

@@ -1,10 +1,10 @@
 !> The elements of a structure as the kernel takes them: the arrays of any list of elements, gathered here and nowhere else, and
 !> the calls of the kernel with them.
 !>
-!> Whatever an element needs to know beside its nodes (material direction, normals, held sides) is gathered with them, so no
-!> caller can forget it.
+!> Whatever an element needs to know beside its nodes (material direction, normals, held sides, thickness, growth) is gathered with
+!> them, so no caller can forget it.
 module finshell_discretisation
-   use finshell_batch, only: evaluate_elements, predict_resultants, rotation_quaternion
+   use finshell_batch, only: evaluate_elements, n_growth, predict_resultants, rotation_quaternion
    use finshell_field_batch, only: recover_fields
    use finshell_freedoms, only: n_corners, n_membrane, n_shell
    use finshell_kinds, only: wp, i4
@@ -12,6 +12,7 @@ module finshell_discretisation
    use finshell_section, only: section_t
    use finshell_state, only: state_t
    use finshell_status, only: status_ok
+   use finshell_stress_free, only: stress_free
    use finshell_structure, only: structure_t
    implicit none
    private
@@ -23,6 +24,8 @@ module finshell_discretisation
       real(wp), allocatable :: direction(:, :)
       real(wp), allocatable :: normal(:, :, :)
       integer, allocatable :: held(:, :)
+      real(wp), allocatable :: thickness(:), offset(:)
+      real(wp), allocatable :: growth(:, :, :)
    end type gathered_t
 
 contains
@@ -37,7 +40,7 @@ contains
    pure subroutine gather_elements(structure, state, list, gathered, held)
       type(structure_t), intent(in) :: structure
       type(state_t), intent(in) :: state
-      integer, intent(in) :: list(:) !< element numbers
+      integer, intent(in) :: list(:) !< element numbers, of one section where they are to be evaluated
       type(gathered_t), intent(inout) :: gathered !< arrays that fit already are kept
       integer, intent(in), optional :: held(:, :) !< (3, elements of the structure), see finshell_held_side
       integer :: c, i, k, n, node
@@ -50,10 +53,15 @@ contains
          if (allocated(gathered%direction)) deallocate (gathered%direction)
          if (allocated(gathered%normal)) deallocate (gathered%normal)
          if (allocated(gathered%held)) deallocate (gathered%held)
+         if (allocated(gathered%thickness)) deallocate (gathered%thickness)
+         if (allocated(gathered%offset)) deallocate (gathered%offset)
          if (allocated(structure%direction)) allocate (gathered%direction(3, n))
          if (allocated(structure%normal)) allocate (gathered%normal(3, 3, n))
          if (present(held)) allocate (gathered%held(3, n))
+         if (allocated(structure%thickness)) allocate (gathered%thickness(n))
+         if (allocated(structure%offset)) allocate (gathered%offset(n))
       end if
+      if (allocated(structure%growths)) call gather_growth(structure, state, list, gathered%growth)
       do i = 1, n
          ! One by one: whole columns would be calls of memmove.
          do k = 1, 3
@@ -68,8 +76,33 @@ contains
          if (allocated(gathered%direction)) gathered%direction(:, i) = structure%direction(:, list(i))
          if (allocated(gathered%normal)) gathered%normal(:, :, i) = structure%normal(:, :, list(i))
          if (allocated(gathered%held) .and. present(held)) gathered%held(:, i) = held(:, list(i))
+         if (allocated(gathered%thickness)) gathered%thickness(i) = structure%thickness(list(i))
+         if (allocated(gathered%offset)) gathered%offset(i) = structure%offset(list(i))
       end do
    end subroutine gather_elements
+
+   !> Growth of the layers of a list of elements at a state, as many layers as the section of the first one has.
+   pure subroutine gather_growth(structure, state, list, growth)
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: list(:)
+      real(wp), allocatable, intent(inout) :: growth(:, :, :) !< (n_growth, layers, elements)
+      integer :: i, layers, section
+      layers = 0
+      if (size(list) > 0) layers = size(structure%sections(structure%element_section(list(1)))%layers)
+      if (allocated(growth)) then
+         if (size(growth, 2) /= layers .or. size(growth, 3) /= size(list)) deallocate (growth)
+      end if
+      if (.not. allocated(growth)) allocate (growth(n_growth, layers, size(list)))
+      do i = 1, size(list)
+         section = structure%element_section(list(i))
+         if (size(structure%sections(section)%layers) /= layers) then
+            growth(:, :, i) = 0 ! of another section
+         else
+            growth(:, :, i) = stress_free(structure%growths, structure%sections(section)%layers, state, list(i))
+         end if
+      end do
+   end subroutine gather_growth
 
    !> Displacements and spins of the nodes of a list of elements, u1 t1 u2 t2 u3 t3; of membranes the displacements.
    pure subroutine gather_motion(structure, motion, list, gathered)
@@ -97,12 +130,14 @@ contains
       integer, intent(in), optional :: threads
       if (section%membrane) then
          call evaluate_membranes(section, size(gathered%x, 3), gathered%x, gathered%u, status, energy, force, tangent, &
-                                 gathered%direction, threads, toward)
+                                 gathered%direction, threads, toward, thickness=gathered%thickness, &
+                                 growth=gathered%growth)
          return
       end if
       call evaluate_elements(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, status, &
                              energy=energy, force=force, tangent=tangent, direction=gathered%direction, threads=threads, &
-                             resultants=resultants, toward=toward, held=gathered%held, normal=gathered%normal)
+                             resultants=resultants, toward=toward, held=gathered%held, normal=gathered%normal, &
+                             thickness=gathered%thickness, offset=gathered%offset, growth=gathered%growth)
    end subroutine evaluate_gathered
 
    !> predict_resultants of gathered ones.
@@ -117,7 +152,8 @@ contains
       status = status_ok
       if (section%membrane) return
       call predict_resultants(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, increment, resultants, status, &
-                              gathered%direction, toward, gathered%held, gathered%normal)
+                              gathered%direction, toward, gathered%held, gathered%normal, thickness=gathered%thickness, &
+                              offset=gathered%offset, growth=gathered%growth)
    end subroutine predict_gathered
 
    !> recover_fields of gathered ones.
@@ -128,6 +164,7 @@ contains
       real(wp), intent(out), contiguous :: raw(:, :), frame(:, :, :)
       integer(i4), intent(out), contiguous :: status(:, :)
       call recover_fields(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, fields, layers, &
-                          raw, status, frame, gathered%direction, held=gathered%held, normal=gathered%normal)
+                          raw, status, frame, gathered%direction, held=gathered%held, normal=gathered%normal, thickness=gathered%thickness, &
+                          offset=gathered%offset, growth=gathered%growth)
    end subroutine recover_gathered
 end module finshell_discretisation

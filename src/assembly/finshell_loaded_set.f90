@@ -5,7 +5,7 @@ module finshell_loaded_set
    use finshell_load, only: load_t
    use finshell_mesh, only: find_node_set, find_element_set, find_edge_set, node_set_names, element_set_names, edge_set_names
    use finshell_status, only: status_input_error
-   use finshell_structure, only: structure_t
+   use finshell_structure, only: structure_t, thickness_of
    implicit none
    private
    public :: loaded_nodes, loaded_elements, loaded_edges, mass_per_area
@@ -69,7 +69,7 @@ contains
       allocate (mass(size(elements)))
       do i = 1, size(elements)
          section = structure%element_section(elements(i))
-         mass(i) = structure%density(section)*structure%sections(section)%thickness
+         mass(i) = structure%density(section)*thickness_of(structure, elements(i))
          if (structure%density(section) > 0) cycle
          call raise(error, status_input_error, 'load: '//trim(load%kind)//" on '"//load%set//"' acts on section " &
             //text_of(section)//', whose density is not positive')

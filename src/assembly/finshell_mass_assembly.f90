@@ -11,7 +11,7 @@ module finshell_mass_assembly
    use finshell_section, only: section_t
    use finshell_state, only: state_t
    use finshell_status, only: status_input_error, status_ok, status_text
-   use finshell_structure, only: structure_t
+   use finshell_structure, only: structure_t, inertia_of
    use finshell_step, only: mass_higher_order, mass_lumped
    implicit none
    private
@@ -119,10 +119,18 @@ contains
       real(wp) :: x(3, 3, size(list)), now(3, 3, size(list)), normal(3, size(list))
       real(wp), allocatable :: diagonal(:, :)
       integer(i4) :: status(size(list))
+      real(wp), allocatable :: thickness(:), offset(:) ! unallocated they count as absent in the calls
+      real(wp) :: inertia(3)
       integer :: e
 
       own = section
-      if (.not. kind%rotatory) own%inertia(2:) = 0
+      if (allocated(structure%thickness)) thickness = structure%thickness(list)
+      if (allocated(structure%offset)) offset = structure%offset(list)
+      if (.not. kind%rotatory) then ! as if all mass were at the nodes
+         own%inertia(2:) = 0
+         own%offset = 0
+         if (allocated(offset)) deallocate (offset)
+      end if
       do e = 1, size(list)
          associate (nodes => structure%mesh%triangles(:, list(e)))
             x(:, :, e) = structure%mesh%coordinates(:, nodes)
@@ -132,18 +140,20 @@ contains
       end do
       allocate (diagonal(size(mass, 1), size(list)))
       if (section%membrane) then
-         call mass_membranes(own, size(list), x, status, mass, diagonal)
+         call mass_membranes(own, size(list), x, status, mass, diagonal, thickness=thickness)
          ! half the mass of each kind: their errors of a wave cancel (Hughes 1987, 7.3)
          if (kind%interpolation == mass_higher_order) call mix(0.5_wp)
          if (kind%interpolation == mass_lumped) call mix(1.0_wp)
       else if (kind%interpolation == mass_lumped) then
-         call mass_elements(own, size(list), x, status, lumped=diagonal)
+         call mass_elements(own, size(list), x, status, lumped=diagonal, thickness=thickness, offset=offset)
          mass = 0
          call mix(1.0_wp)
       else
-         call mass_elements(own, size(list), x, status, consistent=mass, present_normal=normal)
+         call mass_elements(own, size(list), x, status, consistent=mass, present_normal=normal, thickness=thickness, &
+                            offset=offset)
          do e = 1, merge(size(list), 0, kind%interpolation == mass_higher_order)
-            mass(:, :, e) = mass(:, :, e) + linked_mass(section%inertia(1)*triangle_area(x(:, :, e)), normal(:, e), now(:, :, e))
+            inertia = inertia_of(structure, list(e))
+            mass(:, :, e) = mass(:, :, e) + linked_mass(inertia(1)*triangle_area(x(:, :, e)), normal(:, e), now(:, :, e))
          end do
       end if
       e = findloc(status /= status_ok, .true., dim=1)

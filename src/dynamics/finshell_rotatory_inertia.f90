@@ -8,7 +8,7 @@ module finshell_rotatory_inertia
    use finshell_kinds, only: wp
    use finshell_point_masses, only: point_masses
    use finshell_rotation, only: cross_product
-   use finshell_structure, only: structure_t, is_membrane
+   use finshell_structure, only: structure_t, inertia_of, is_membrane
    implicit none
    private
    public :: scale_rotatory_inertia
@@ -22,14 +22,14 @@ contains
       real(wp), intent(in) :: scaling
       real(wp), intent(inout) :: mass(:, :) !< (n_nodal, nodes) lumped
       real(wp), allocatable :: points(:, :)
-      real(wp) :: area
+      real(wp) :: area, inertia(3)
       integer :: e, j
       points = point_masses(structure)
       mass(rx:rz, :) = points(rx:rz, :)
       do e = 1, size(structure%mesh%triangles, 2)
          if (is_membrane(structure, e)) cycle
-         associate (nodes => structure%mesh%triangles(:, e), x => structure%mesh%coordinates, &
-                    inertia => structure%sections(structure%element_section(e))%inertia)
+         inertia = inertia_of(structure, e)
+         associate (nodes => structure%mesh%triangles(:, e), x => structure%mesh%coordinates)
             area = 0.5_wp*norm2(cross_product(x(:, nodes(2)) - x(:, nodes(1)), x(:, nodes(3)) - x(:, nodes(1))))
             do j = 1, n_corners
                mass(rx:rz, nodes(j)) = mass(rx:rz, nodes(j)) + area/n_corners*max(inertia(3), scaling*area*inertia(1))

@@ -7,7 +7,7 @@ module finshell_factor
    private
    public :: by_load_factor, by_constant_factor, unscaled, by_release, by_case
    public :: factor_at, factors_at, set_factor, set_time, start_following, slope_of, slopes, extrapolate, corners, scaled_sum
-   public :: number_of_factors, exchange_factors
+   public :: number_of_factors, exchange_factors, present_place
 
    !> The load factor of the step; the constant factor, which rises to 1 before the first step; nothing: always there in full,
    !> as an elastic foundation is; what is let go before a step (finshell_stage), from 1 to 0. Behind these, by_case + i: factor i
@@ -169,6 +169,7 @@ contains
       real(wp) :: before
       integer :: i
       before = state%load_factor
+      state%exchanged = merge(0, scaling, state%exchanged == scaling)
       state%load_factor = factor_at(state, scaling)
       state%case_factor(scaling - by_case) = before
       if (.not. allocated(state%followers)) return
@@ -182,6 +183,16 @@ contains
          end associate
       end do
    end subroutine exchange_factors
+
+   !> Where a factor of the input is in a state.
+   elemental integer function present_place(state, scaling) result(place)
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: scaling
+      place = scaling
+      if (state%exchanged == 0) return
+      if (scaling == by_load_factor) place = state%exchanged
+      if (scaling == state%exchanged) place = by_load_factor
+   end function present_place
 
    !> Forces for factors of 1 times the factors of a state.
    pure function scaled_sum(state, parts) result(total)

@@ -18,7 +18,7 @@ module finshell_retraction
    use finshell_quaternion, only: quaternion_to_rotation_vector
    use finshell_rotation, only: cross_product
    use finshell_state, only: state_t
-   use finshell_structure, only: structure_t
+   use finshell_structure, only: structure_t, thickness_of
    implicit none
    private
    public :: retraction_t, new_retraction
@@ -58,7 +58,7 @@ contains
             total(mesh%triangles(:, i)) = total(mesh%triangles(:, i)) + area
             associate (section => structure%sections(structure%element_section(i)))
                ratio = 0
-               if (longest > 0 .and. .not. section%membrane) ratio = section%thickness/longest
+               if (longest > 0 .and. .not. section%membrane) ratio = thickness_of(structure, i)/longest
             end associate
             self%share(:, i) = area*min(max((ratio - from_ratio)/(to_ratio - from_ratio), 0.0_wp), 1.0_wp)
          end do

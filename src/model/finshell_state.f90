@@ -19,7 +19,11 @@ module finshell_state
       type(follower_t), allocatable :: followers(:) !< what follows what; unallocated: nothing
       logical :: rises = .true. !< the factor that was changed last
       logical :: leaves = .true. !< accepted, to go on from; else it has been arrived at
+      integer :: exchanged = 0 !< the factor that has changed places with the load factor (finshell_load_case); 0: none
       integer :: increment = 0 !< number of converged increments
+      integer :: stage = 1 !< the step whose growths are there (finshell_stage)
+      !> (factors) What growth goes by instead of the factors, where one is to change without the other; unallocated: the factors.
+      real(wp), allocatable :: growing(:)
       real(wp) :: time = 0 !< spent in steps in time
       !> (n_nodal, nodes) rates of displacements, and spins; and their rates. Global axes. Unallocated: at rest.
       real(wp), allocatable :: velocity(:, :), acceleration(:, :)
@@ -32,6 +36,7 @@ module finshell_state
       logical :: alone = .false. !< results are those of the change, without the state it is a change of
       real(wp) :: energy = 0 !< change of the stored energy, to second order
       real(wp), allocatable :: pressure(:) !< change of the pressures of chambers; unallocated: none
+      real(wp), allocatable :: growing(:) !< (factors) change of those that growth goes by; unallocated: none
    end type linear_change_t
 
 contains

@@ -1,6 +1,8 @@
 !> The model: mesh, sections, supports and loads. It is built once and then only read.
 module finshell_structure
    use finshell_connector, only: connector_t, turns_nodes
+   use finshell_factor, only: by_constant_factor
+   use finshell_stress_free, only: growths_t
    use finshell_joint, only: joints_t
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t
@@ -11,7 +13,7 @@ module finshell_structure
    use finshell_table, only: follower_t
    implicit none
    private
-   public :: structure_t, curved_elements, is_membrane, turning_nodes
+   public :: structure_t, curved_elements, has_constants, inertia_of, is_membrane, thickness_of, turning_nodes
 
    type :: structure_t
       type(mesh_t) :: mesh
@@ -22,6 +24,9 @@ module finshell_structure
       real(wp), allocatable :: direction(:, :)
       !> (3, 3, elements) normals of the curved surface at the nodes of each element; unallocated: flat facets.
       real(wp), allocatable :: normal(:, :, :)
+      real(wp), allocatable :: thickness(:) !< (elements) of the whole section; unallocated: as the sections have it
+      real(wp), allocatable :: offset(:) !< (elements) likewise: height of the middle above the surface of the nodes
+      type(growths_t), allocatable :: growths !< unallocated: none
       type(support_t), allocatable :: supports(:)
       type(load_t), allocatable :: loads(:)
       type(connector_t), allocatable :: connectors(:) !< unallocated: none
@@ -54,6 +59,49 @@ contains
       logical :: membrane
       membrane = structure%sections(structure%element_section(element))%membrane
    end function is_membrane
+
+   !> Is there a load, support, growth or chamber that is brought in before the first step?
+   pure logical function has_constants(structure)
+      type(structure_t), intent(in) :: structure
+      has_constants = any(structure%loads%scaling == by_constant_factor) &
+                      .or. any(structure%chambers%scaling == by_constant_factor) &
+                      .or. any(structure%supports%scaling == by_constant_factor)
+      if (allocated(structure%growths)) has_constants = has_constants &
+         .or. any(structure%growths%list%scaling == by_constant_factor)
+   end function has_constants
+
+   !> Of the section of an element, where this element has it.
+   elemental real(wp) function thickness_of(structure, element) result(thickness)
+      type(structure_t), intent(in) :: structure
+      integer, intent(in) :: element
+      if (allocated(structure%thickness)) then
+         thickness = structure%thickness(element)
+      else
+         thickness = structure%sections(structure%element_section(element))%thickness
+      end if
+   end function thickness_of
+
+   !> Integrals of density times 1, z, z^2 through the thickness of an element, z from the surface of the nodes: about the middle
+   !> of the section all lengths are those of the section in proportion.
+   pure function inertia_of(structure, element) result(inertia)
+      type(structure_t), intent(in) :: structure
+      integer, intent(in) :: element
+      real(wp) :: inertia(3)
+      real(wp) :: offset, first, ratio, second
+      associate (section => structure%sections(structure%element_section(element)))
+         inertia = section%inertia
+         if (.not. (allocated(structure%thickness) .or. allocated(structure%offset))) return
+         offset = section%offset
+         first = inertia(2) - offset*inertia(1)
+         second = inertia(3) - 2*offset*inertia(2) + offset**2*inertia(1)
+         ratio = thickness_of(structure, element)/section%thickness
+         if (allocated(structure%offset)) offset = structure%offset(element)
+         inertia(1) = ratio*inertia(1)
+         first = ratio**2*first
+         inertia(2) = first + offset*inertia(1)
+         inertia(3) = ratio**3*second + 2*offset*first + offset**2*inertia(1)
+      end associate
+   end function inertia_of
 
    !> (nodes) Those that have rotations: of an element that has, or of no element with a node that goes with its rotation, or where
    !> a connector turns them.

@@ -1,9 +1,9 @@
 !> Energy balance of an increment: does what the loads and moved supports do on the way fit the energy that is stored?
 !>
-!> On a smooth path the change of the stored energy is the integral of load factor * (force . rate of displacement) and of
-!> reaction * (motion of the support). The trapezoidal rule over the increment misses it by the third order of its length;
-!> with the tangents to the path at both ends (cubic Hermite polynomials of factor, work and reaction over the length) by the
-!> fifth. What a snap dissipates is of lower order: no rule that knows the two ends only can explain it.
+!> On a smooth path the change of the stored energy is the integral of load factor * (force . rate of displacement), of
+!> reaction * (motion of the support), and of what growth stores where nothing moves. The trapezoidal rule over the increment
+!> misses it by the third order of its length; with the tangents to the path at both ends (cubic Hermite polynomials of
+!> factor, work and reaction over the length) by the fifth. What a snap dissipates is of lower order: no rule that knows the two ends only can explain it.
 module finshell_balance
    use finshell_kinds, only: wp, i1
    use finshell_freedoms, only: rx, rz, ux, uz
@@ -20,8 +20,8 @@ module finshell_balance
    type :: balance_t
       logical :: known = .false.
       real(wp) :: energy = 0 !< change of the stored energy
-      real(wp) :: work = 0 !< of loads and moved supports, trapezoidal rule
-      real(wp), allocatable :: by_factor(:) !< its parts: of loads by the factor that scales them (finshell_factor)
+      real(wp) :: work = 0 !< of loads, growth and moved supports, trapezoidal rule
+      real(wp), allocatable :: by_factor(:) !< its parts: of loads and growth by the factor that scales them (finshell_factor)
       real(wp) :: supports = 0 !< and of moved supports
       real(wp) :: least = 0 !< work with the smaller of the forces at both ends
       real(wp) :: level = 0 !< the stored energy

@@ -78,6 +78,7 @@ contains
       call memo%carry(state%rises)
       call memo%carry(state%case_factor)
       call memo%carry(state%increment)
+      call memo%carry(state%stage)
       call memo%carry(state%time)
       call memo%carry(state%velocity)
       call memo%carry(state%acceleration)

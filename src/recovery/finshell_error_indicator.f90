@@ -174,7 +174,7 @@ contains
             if (size(list) == 0) cycle
             call gather_elements(structure, state, list, g, problem%equations%held)
             call recover_strains(structure%sections(s), size(list), g%x, g%u, g%q, rotation_quaternion, part, with_stiffness, &
-                                 g%direction, g%held, g%normal)
+                                 g%direction, g%held, g%normal, g%thickness, g%offset, g%growth)
             do i = 1, size(list)
                e = list(i)
                strains%axes(:, :, e) = part%axes(:, :, i)

@@ -18,6 +18,7 @@ module finshell_monitoring
    use finshell_rotation, only: cross_product
    use finshell_section_force, only: section_resultant
    use finshell_state, only: state_t, moved_state, linear_change_t, small_part
+   use finshell_structure, only: thickness_of
    implicit none
    private
    public :: watch_t, new_watch, monitored_values, watched_elements, watched_entries, new_node_results, slack_share, &
@@ -329,7 +330,7 @@ contains
          end do
          call recover(problem, problem%state, elements, entries, r)
          do i = 1, size(elements)
-            volume = s%sections(s%element_section(elements(i)))%thickness*norm2(twice_area_vector(s%mesh, elements(i)))/2
+            volume = thickness_of(s, elements(i))*norm2(twice_area_vector(s%mesh, elements(i)))/2
             energy = energy + volume*[(r%fields(j)%values(1, 1, i), j=1, 2)]
          end do
       end associate

@@ -10,6 +10,7 @@ module finshell_recovery
    use finshell_field_batch, only: element_field_t, element_fields, field_value, field_places, n_element_fields, change_quadratic, &
       change_none
    use finshell_result_fields, only: error_entry
+   use finshell_growing, only: changed_state
    use finshell_state, only: state_t, moved_state, linear_change_t, small_part
    use finshell_status, only: status_ok
    use finshell_structure, only: structure_t
@@ -80,14 +81,14 @@ contains
                part = fibre_part*part
             end if
             call recover_at(problem, base, elements, entries, table, raw)
-            call recover_at(problem, moved_state(base, change%motion, part), elements, entries, table, near)
-            call recover_at(problem, moved_state(base, change%motion, -part), elements, entries, table, far)
+            call recover_at(problem, changed_state(base, change, part), elements, entries, table, near)
+            call recover_at(problem, changed_state(base, change, -part), elements, entries, table, far)
             call combine([0.0_wp, 0.5_wp/part, -0.5_wp/part], [-2.0_wp, 1.0_wp, 1.0_wp]/(2*part**2))
          else
             ! From one side: where fibres begin to act the other one has another derivative.
             call recover_at(problem, base, elements, entries, table, raw)
-            call recover_at(problem, moved_state(base, change%motion, part), elements, entries, table, near)
-            call recover_at(problem, moved_state(base, change%motion, 2*part), elements, entries, table, far)
+            call recover_at(problem, changed_state(base, change, part), elements, entries, table, near)
+            call recover_at(problem, changed_state(base, change, 2*part), elements, entries, table, far)
             call combine([1 - 1.5_wp/part, 2/part, -0.5_wp/part], &
                          [1 - 1.5_wp/part, 2/part, -0.5_wp/part] + [1.0_wp, -2.0_wp, 1.0_wp]/(2*part**2))
          end if

@@ -11,7 +11,8 @@ module finshell_section_force
    use finshell_freedoms, only: n_corners, n_nodal, rx, rz, ux, uz
    use finshell_kinds, only: wp, i4
    use finshell_rotation, only: cross_product
-   use finshell_state, only: linear_change_t, moved_state, small_part, state_t
+   use finshell_growing, only: changed_state
+   use finshell_state, only: linear_change_t, small_part, state_t
    implicit none
    private
    public :: section_resultant
@@ -33,13 +34,13 @@ contains
       associate (base => problem%state, motion => change%motion)
          part = small_part(motion, problem%detail)
          if (change%alone) then
-            resultant = (at_state(problem, moved_state(base, motion, part), base, cut) &
-                         - at_state(problem, moved_state(base, motion, -part), base, cut))/(2*part)
+            resultant = (at_state(problem, changed_state(base, change, part), base, cut) &
+                         - at_state(problem, changed_state(base, change, -part), base, cut))/(2*part)
          else
             ! from one side, as fields are (finshell_recovery)
             resultant = (1 - 1.5_wp/part)*at_state(problem, base, base, cut) &
-                        + 2/part*at_state(problem, moved_state(base, motion, part), base, cut) &
-                        - 0.5_wp/part*at_state(problem, moved_state(base, motion, 2*part), base, cut)
+                        + 2/part*at_state(problem, changed_state(base, change, part), base, cut) &
+                        - 0.5_wp/part*at_state(problem, changed_state(base, change, 2*part), base, cut)
          end if
       end associate
    end function section_resultant

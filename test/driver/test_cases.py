@@ -90,12 +90,12 @@ class Cases(unittest.TestCase):
             self.assertAlmostEqual(rows[-1][name] / together[name], 1, delta=1e-6)
 
     def test_refusals(self):
-        for steps, load, message in (("&step case = 'gas' /\n", "case = 'air'", "c.nml:12: &step case: no load, support or chamber has the case 'gas'; there are: air"),
+        for steps, load, message in (("&step case = 'gas' /\n", "case = 'air'", "c.nml:12: &step case: no load, support, growth or chamber has the case 'gas'; there are: air"),
                                      ("&step case = 'air' /\n", "", "there are: (none)"),
                                      ("&step /\n", "case = 'air' constant = .true.", "c.nml:10: &load case: what is constant has no case"),
                                      ("&step /\n", "case = ''", "the name is empty"),
                                      ("&step case = 'air' control = 'arc_length' /\n&step case = 'pad' control = 'arc_length' /\n&accuracy target = 0.1 /\n",
-                                      "case = 'air'", "no load, support or chamber has the case 'pad'"),
+                                      "case = 'air'", "no load, support, growth or chamber has the case 'pad'"),
                                      ("&step case = 'air' /\n&accuracy target = 0.1 /\n", "case = 'air'", "cannot go on from mesh to mesh"),
                                      ("&step case = 'air' load_levels = 0.5, 0.2 /\n", "case = 'air'", "a step goes one way")):
             with self.subTest(message):

@@ -1,7 +1,8 @@
 !> The history of loads and supports of a deck as groups of a namelist.
 module finshell_deck_acting
-   use finshell_deck_history, only: boundary, entry_t, history_t
+   use finshell_deck_history, only: boundary, entry_t, history_t, temperature
    use finshell_deck_schedule, only: apart, clock, perturbation, plain, riks, window
+   use finshell_deck_temperature, only: write_temperature
    use finshell_deck_writer, only: number_text, quoted, vector_text, writer_t
    use finshell_error, only: text_of
    use finshell_kinds, only: wp
@@ -241,6 +242,10 @@ contains
             piece%when = when
             piece%value = value
          end associate
+         return
+      end if
+      if (entry%kind == temperature) then
+         call write_temperature(set, entry%members, value, when, writer)
          return
       end if
       select case (entry%form)

@@ -13,9 +13,10 @@ module finshell_deck_conversion
    use finshell_deck_plane, only: hold_plane_elements
    use finshell_deck_schedule, only: clock, linear, perturbation, read_schedule, schedule_t, static
    use finshell_deck_writer, only: number_text, quoted, writer_t
+   use finshell_deck_temperature, only: convert_temperature
    use finshell_error, only: error_t, text_of
    use finshell_kinds, only: i8, wp
-   use finshell_text, only: parse_integer
+   use finshell_text, only: lower_case, parse_integer
    implicit none
    private
    public :: convert_deck
@@ -67,6 +68,9 @@ contains
          case ('BOUNDARY'); call convert_boundary(deck, c, writer, history)
          case ('CLOAD'); call convert_nodal_load(deck, c, writer, history)
          case ('DLOAD', 'DSLOAD'); call convert_distributed_load(deck, c, writer, history)
+         case ('TEMPERATURE'); call convert_temperature(deck, c, writer, history)
+         case ('INITIAL CONDITIONS')
+            if (lower_case(deck%cards(c)%value('TYPE')) /= 'temperature') call writer%miss(deck, c, '')
          case ('STEP')
             call history%end_step()
             history%step = history%step + 1

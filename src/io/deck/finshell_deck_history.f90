@@ -8,9 +8,9 @@ module finshell_deck_history
    use finshell_kinds, only: wp
    implicit none
    private
-   public :: history_t, entry_t, boundary, nodal, distributed, on_surface
+   public :: history_t, entry_t, boundary, nodal, distributed, on_surface, temperature
 
-   integer, parameter :: boundary = 1, nodal = 2, distributed = 3, on_surface = 4
+   integer, parameter :: boundary = 1, nodal = 2, distributed = 3, on_surface = 4, temperature = 5
 
    type :: entry_t
       integer :: kind = 0 !< card that brings it
@@ -36,7 +36,7 @@ module finshell_deck_history
       type(entry_t), allocatable :: entries(:)
       integer :: count = 0 !< of them
       integer :: step = 0 !< that is read
-      integer :: cleared(4) = -1 !< step in which OP = NEW stood, by kind
+      integer :: cleared(5) = -1 !< step in which OP = NEW stood, by kind
    contains
       procedure :: begin
       procedure :: put

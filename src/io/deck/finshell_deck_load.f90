@@ -11,7 +11,7 @@ module finshell_deck_load
    use finshell_text, only: lower_case
    implicit none
    private
-   public :: convert_boundary, convert_nodal_load, convert_distributed_load
+   public :: new_entry, enter, convert_boundary, convert_nodal_load, convert_distributed_load
 
    character(len=2), parameter :: components(6) = ['ux', 'uy', 'uz', 'rx', 'ry', 'rz']
 

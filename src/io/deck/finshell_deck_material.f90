@@ -32,7 +32,8 @@ contains
             if (n > 0) density = ' density = '//number_text(x(1))
          case ('ELASTIC'); call elastic(deck, c, writer, law)
          case ('HYPERELASTIC'); call hyperelastic(deck, c, writer, law)
-         case ('PLASTIC', 'DAMPING', 'EXPANSION', 'VISCOELASTIC', 'CONDUCTIVITY', 'SPECIFIC HEAT', 'HYPERFOAM', 'USER MATERIAL', &
+         case ('EXPANSION'); call expansion(deck, c, lower_case(deck%cards(first)%value('NAME')), writer)
+         case ('PLASTIC', 'DAMPING', 'VISCOELASTIC', 'CONDUCTIVITY', 'SPECIFIC HEAT', 'HYPERFOAM', 'USER MATERIAL', &
                'DEPVAR', 'CREEP', 'MULLINS EFFECT', 'UNIAXIAL TEST DATA', 'BIAXIAL TEST DATA', 'PLANAR TEST DATA', &
                'ANISOTROPIC HYPERELASTIC')
             call writer%miss(deck, c, '')
@@ -69,6 +70,32 @@ contains
          call writer%miss(deck, c, 'TYPE = '//deck%cards(c)%value('TYPE'))
       end select
    end subroutine elastic
+
+   !> Coefficients of thermal expansion: one, or those along the axes of the material.
+   subroutine expansion(deck, c, material, writer)
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: c
+      character(len=*), intent(in) :: material
+      type(writer_t), intent(inout) :: writer
+      character(len=:), allocatable :: text
+      real(wp) :: x(most)
+      integer :: i, n, needed
+      select case (lower_case(deck%cards(c)%value('TYPE')))
+      case ('', 'iso', 'isotropic'); needed = 1
+      case ('ortho', 'orthotropic'); needed = 3
+      case default; needed = most + 1
+      end select
+      call numbers(deck, c, writer, x, n)
+      if (n < needed) then
+         call writer%miss(deck, c, 'one coefficient, or three with TYPE = ORTHO, are expected')
+         return
+      end if
+      text = ''
+      do i = 1, needed
+         text = text//' '//number_text(x(i))
+      end do
+      call writer%add_expansion(material, text)
+   end subroutine expansion
 
    !> Incompressible laws; Abaqus' Ogden law has 2 mu/alpha^2 where ours has mu/alpha.
    subroutine hyperelastic(deck, c, writer, law)
@@ -151,8 +178,10 @@ contains
       type(data_t) :: line
       character(len=:), allocatable :: angles, group, materials, set, thicknesses
       real(wp) :: angle, offset, thickness, whole
+      integer :: layers
       logical :: ok, shell
 
+      layers = 0
       shell = deck%cards(c)%keyword == 'SHELL SECTION'
       set = writer%element_set(deck%cards(c)%value('ELSET'))
       if (set == '') return ! of elements that were left out
@@ -168,14 +197,21 @@ contains
          whole = whole + thickness
          if (.not. deck%cards(c)%has('COMPOSITE')) exit
          if (line%fields < 3) call writer%miss(deck, c, 'a layer without a material', line%line)
-         if (line%fields >= 3) materials = materials//' '//quoted(lower_case(line%field(3)%text))
+         if (line%fields >= 3) then
+            materials = materials//' '//quoted(lower_case(line%field(3)%text))
+            layers = layers + 1
+            call writer%add_ply(set, lower_case(line%field(3)%text), layers)
+         end if
          angle = 0
          if (line%fields >= 4) call line%number(4, angle, ok)
          if (.not. ok) call writer%miss(deck, c, "orientation '"//line%field(4)%text//"' of a layer: an angle is expected", &
                                         line%line)
          angles = angles//' '//number_text(angle)
       end do
-      if (materials == '') materials = ' '//quoted(lower_case(deck%cards(c)%value('MATERIAL')))
+      if (materials == '') then
+         materials = ' '//quoted(lower_case(deck%cards(c)%value('MATERIAL')))
+         call writer%add_ply(set, lower_case(deck%cards(c)%value('MATERIAL')), 0)
+      end if
       if (thicknesses == '') then
          thicknesses = ' 1.0'
          if (shell) call writer%miss(deck, c, 'it has no thickness; 1.0 is taken')

@@ -45,7 +45,8 @@ contains
 
    pure logical function acts(keyword)
       character(len=*), intent(in) :: keyword
-      acts = keyword == 'BOUNDARY' .or. keyword == 'CLOAD' .or. keyword == 'DLOAD' .or. keyword == 'DSLOAD'
+      acts = keyword == 'BOUNDARY' .or. keyword == 'CLOAD' .or. keyword == 'DLOAD' .or. keyword == 'DSLOAD' &
+             .or. keyword == 'TEMPERATURE'
    end function acts
 
    subroutine read_schedule(deck, schedule)

@@ -24,16 +24,31 @@ module finshell_deck_writer
       character(len=:), allocatable :: reference
    end type body_t
 
+   !> A material that expands by heat.
+   type :: expansion_t
+      character(len=:), allocatable :: material, coefficients
+   end type expansion_t
+
+   !> What a section is made of: a material in all layers, or in one.
+   type :: ply_t
+      character(len=:), allocatable :: set, material
+      integer :: layer = 0 !< 0: all
+   end type ply_t
+
    type :: writer_t
       type(mesh_t) :: mesh
       character(len=:), allocatable :: title
       character(len=:), allocatable :: sets, materials, sections, joints, supports, amplitudes, loads, steps
       type(alias_t), allocatable :: aliases(:)
       type(body_t), allocatable :: bodies(:)
+      type(expansion_t), allocatable :: expansions(:)
+      type(ply_t), allocatable :: plies(:)
       character(len=:), allocatable :: not_taken !< a line each
       integer :: listed = 0 !< sets made of lists
    contains
       procedure :: begin
+      procedure :: add_expansion
+      procedure :: add_ply
       procedure :: miss
       procedure :: node_set
       procedure :: element_set
@@ -56,11 +71,31 @@ contains
       self%joints = ''
       self%supports = ''
       self%amplitudes = ''
-      allocate (self%aliases(0), self%bodies(0))
+      allocate (self%aliases(0), self%bodies(0), self%expansions(0), self%plies(0))
       self%loads = ''
       self%steps = ''
       self%not_taken = ''
    end subroutine begin
+
+   subroutine add_expansion(self, material, coefficients)
+      class(writer_t), intent(inout) :: self
+      character(len=*), intent(in) :: material, coefficients
+      type(expansion_t) :: new
+      new%material = material
+      new%coefficients = coefficients
+      self%expansions = [self%expansions, new]
+   end subroutine add_expansion
+
+   subroutine add_ply(self, set, material, layer)
+      class(writer_t), intent(inout) :: self
+      character(len=*), intent(in) :: set, material
+      integer, intent(in) :: layer !< 0: all
+      type(ply_t) :: new
+      new%set = set
+      new%material = material
+      new%layer = layer
+      self%plies = [self%plies, new]
+   end subroutine add_ply
 
    !> Something of a card cannot be expressed, or is not known.
    subroutine miss(self, deck, card, what, line)

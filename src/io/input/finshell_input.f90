@@ -4,7 +4,7 @@ module finshell_input
    use finshell_kinds, only: wp
    use finshell_field, only: name_characters
    use finshell_status, only: status_input_error
-   use finshell_structure, only: structure_t
+   use finshell_structure, only: has_constants, structure_t
    use finshell_step, only: control_explicit, is_in_time, step_t
    use finshell_mesh, only: mesh_t
    use finshell_monitor, only: monitor_t, output_t
@@ -22,13 +22,14 @@ module finshell_input
    use finshell_input_section, only: named_material_t, read_material, read_section, check_sections
    use finshell_input_solver, only: solver_choice_t, read_solver
    use finshell_input_support, only: read_supports, check_supports
-   use finshell_factor, only: by_constant_factor
    use finshell_input_case, only: find_scales, name_t, scales_t
    use finshell_input_initial_velocity, only: add_initial_velocity
    use finshell_imperfection, only: imperfection_t
    use finshell_input_imperfection, only: modes_end, read_imperfections
    use finshell_input_chamber, only: is_chamber_column, read_chamber
    use finshell_input_load, only: read_load
+   use finshell_input_field, only: field_t, read_fields
+   use finshell_input_growth, only: check_explicit_growth, read_growths
    use finshell_input_step, only: read_step
    use finshell_input_way, only: check_ways
    use finshell_input_joint, only: check_joints, read_joints
@@ -44,8 +45,8 @@ module finshell_input
    public :: input_t, read_input, parse_input, job_name, group_names
 
    character(len=*), parameter :: group_names = &
-      'job, mesh, node, node_set, element_set, material, section, support, tie, rigid_body, equal, equation, load, chamber, ' &
-      //'amplitude, step, initial_velocity, imperfection, monitor, sensitivity, probe, output, ' &
+      'job, mesh, node, node_set, element_set, material, field, section, support, tie, rigid_body, equal, equation, load, ' &
+      //'growth, chamber, amplitude, step, initial_velocity, imperfection, monitor, sensitivity, probe, output, ' &
       //'accuracy, '//connector_groups
 
    !> All that an input file says.
@@ -59,7 +60,8 @@ module finshell_input
       type(preset_t) :: preset !< of what is not given
       type(structure_t) :: structure
       type(step_t), allocatable :: steps(:)
-      type(scales_t) :: scales !< of loads, supports and chambers
+      type(scales_t) :: scales !< of loads, supports, growths and chambers
+      type(field_t), allocatable :: fields(:)
       type(name_t), allocatable :: factors(:) !< names of their factors
       integer, allocatable :: load_lines(:), chamber_lines(:), step_lines(:) !< where loads, chambers and steps stand in the file
       real(wp), allocatable :: velocity(:, :) !< (n_nodal, nodes) and spins at the beginning of the first step in time
@@ -182,6 +184,7 @@ contains
                             given=given)
       end if
       if (.not. allocated(error)) call add_nodes(namelist, input%structure%mesh, error)
+      if (.not. allocated(error)) call read_fields(namelist, folder_of(input%file), input%structure%mesh, input%fields, error)
       if (.not. allocated(error)) call translate_sections(namelist, input, error)
       call read_joints(namelist, input%structure, error)
       if (.not. allocated(error)) call read_connectors(namelist, input%structure%mesh, input%structure%connectors, error)
@@ -271,7 +274,7 @@ contains
          do i = 1, size(namelist%groups)
             if (namelist%groups(i)%name /= 'section') cycle
             n = n + 1
-            call read_section(namelist%groups(i), folder_of(input%file), materials, n, s, error)
+            call read_section(namelist%groups(i), folder_of(input%file), materials, input%fields, n, s, error)
             if (allocated(error)) return
             if (n == size(s%sections)) call check_sections(namelist%groups(i), s, error)
          end do
@@ -329,6 +332,9 @@ contains
          end select
          if (allocated(error)) return
       end do
+      call read_growths(namelist, input%fields, input%structure, input%scales, error)
+      call check_explicit_growth(namelist, input%structure, input%scales, input%steps, error)
+      if (allocated(error)) return
       input%factors = [input%scales%cases, input%scales%names]
       input%structure%cases = size(input%factors)
       if (size(input%scales%followers) > 0) input%structure%followers = input%scales%followers
@@ -340,9 +346,7 @@ contains
       call read_imperfections(namelist, folder_of(input%file), input%structure, input%steps, input%imperfections, error)
       if (allocated(error)) return
       call check_ways(namelist, input%steps, modes_end(input%imperfections), &
-                      any(input%structure%loads%scaling == by_constant_factor) &
-                      .or. any(input%structure%chambers%scaling == by_constant_factor) &
-                      .or. any(input%structure%supports%scaling == by_constant_factor), error)
+                      has_constants(input%structure), error)
    end subroutine translate_loads_and_steps
 
    subroutine translate_output(namelist, input, error)

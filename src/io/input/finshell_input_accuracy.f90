@@ -75,6 +75,13 @@ contains
       end associate
    end subroutine find_goal
 
+   !> Is there growth that some steps have and others have not?
+   pure logical function comes_or_goes(structure)
+      type(structure_t), intent(in) :: structure
+      comes_or_goes = .false.
+      if (allocated(structure%growths)) comes_or_goes = .not. all(structure%growths%list%span%is_whole())
+   end function comes_or_goes
+
    !> What cannot go on from mesh to mesh.
    subroutine check_analysis(group, structure, load_lines, steps, monitors, error)
       type(group_t), intent(in) :: group
@@ -88,6 +95,8 @@ contains
          call complain_about(group, '', 'loads and supports have cases or amplitudes, which cannot go on from mesh to mesh', error)
       else if (.not. (all(structure%loads%span%is_whole()) .and. all(structure%supports%span%is_whole()))) then
          call complain_about(group, '', 'loads or supports come or go between steps, which cannot go on from mesh to mesh', error)
+      else if (comes_or_goes(structure)) then
+         call complain_about(group, '', 'growth comes or goes between steps, which cannot go on from mesh to mesh', error)
       else if (size(structure%chambers) > 0) then
          call complain_about(group, '', 'what is in chambers cannot go on from mesh to mesh; finshell study refines ' &
                              //'their meshes', error)

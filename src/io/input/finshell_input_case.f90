@@ -51,7 +51,7 @@ contains
       end if
    end subroutine get_span
 
-   !> The names that loads, supports and chambers give, in their order.
+   !> The names that loads, supports, growths and chambers give, in their order.
    subroutine find_cases(namelist, cases, error)
       type(namelist_t), intent(inout) :: namelist
       type(name_t), allocatable, intent(out) :: cases(:)
@@ -60,7 +60,7 @@ contains
       integer :: i
       allocate (cases(0))
       do i = 1, size(namelist%groups)
-         if (all(namelist%groups(i)%name /= [character(len=7) :: 'load', 'support', 'chamber'])) cycle
+         if (all(namelist%groups(i)%name /= [character(len=7) :: 'load', 'support', 'chamber', 'growth'])) cycle
          if (.not. has(namelist%groups(i), 'case')) cycle
          call get(namelist%groups(i), 'case', name, error)
          if (.not. allocated(error) .and. name == '') call complain_about(namelist%groups(i), 'case', 'the name is empty', error)
@@ -151,6 +151,7 @@ contains
          known = known//', '//cases(i)%text
       end do
       if (known == '') known = ', (none)'
-      call complain_about(group, 'case', "no load, support or chamber has the case '"//name//"'; there are: "//known(3:), error)
+      call complain_about(group, 'case', "no load, support, growth or chamber has the case '"//name//"'; there are: " &
+                          //known(3:), error)
    end subroutine get_case
 end module finshell_input_case

@@ -131,8 +131,12 @@ contains
       type(error_t), allocatable, intent(inout) :: error
       real(wp), parameter :: rounding = 1.0e-9_wp
       associate (t => structure%sections%thickness)
-         if (maxval(t) - minval(t) > rounding*maxval(t)) call complain_about(group, 'times_thickness', &
+         if (allocated(structure%thickness)) then
+            call complain_about(group, 'times_thickness', 'the thickness is a field (thickness_field); give lengths', error)
+         else if (maxval(t) - minval(t) > rounding*maxval(t)) then
+            call complain_about(group, 'times_thickness', &
             'sections have thicknesses from '//text_of(minval(t))//' to '//text_of(maxval(t))//'; give lengths', error)
+         end if
          imperfection%amplitudes = imperfection%amplitudes*maxval(t)
       end associate
    end subroutine take_thickness

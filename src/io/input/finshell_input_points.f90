@@ -5,7 +5,7 @@ module finshell_input_points
    use finshell_input_preset, only: preset_t
    use finshell_kinds, only: wp
    use finshell_section, only: set_points, usual_points
-   use finshell_structure, only: structure_t
+   use finshell_structure, only: structure_t, thickness_of
    implicit none
    private
    public :: choose_points
@@ -33,22 +33,24 @@ contains
       end do
    end subroutine choose_points
 
-   !> (sections) Largest 1/radius of their elements: how much normals turn along a side, over its length.
+   !> (sections) Largest 1/radius of their elements, how much normals turn along a side over its length, where they have the
+   !> thickness of the section; thicker ones count as more curved.
    pure function largest_curvatures(structure) result(curvature)
       type(structure_t), intent(in) :: structure
       real(wp) :: curvature(size(structure%sections))
-      real(wp) :: side(3), turn(3)
+      real(wp) :: ratio, side(3), turn(3)
       integer :: e, i, j
 
       curvature = 0
       if (.not. allocated(structure%normal)) return
       do e = 1, size(structure%normal, 3)
          associate (nodes => structure%mesh%triangles(:, e), largest => curvature(structure%element_section(e)))
+            ratio = thickness_of(structure, e)/structure%sections(structure%element_section(e))%thickness
             do i = 1, 3
                j = 1 + mod(i, 3)
                side = structure%mesh%coordinates(:, nodes(j)) - structure%mesh%coordinates(:, nodes(i))
                turn = structure%normal(:, j, e) - structure%normal(:, i, e)
-               largest = max(largest, norm2(turn)/norm2(side))
+               largest = max(largest, ratio*norm2(turn)/norm2(side))
             end do
          end associate
       end do

@@ -13,6 +13,8 @@ module finshell_input_section
    use finshell_namelist, only: group_t, get, get_strings, has, check_all_used, complain_about
    use finshell_input_common, only: get_sets, place_error, kind_element
    use finshell_input_direction, only: read_direction
+   use finshell_input_field, only: field_t
+   use finshell_input_thickness, only: get_offset, usual_thickness, vary_section
    use finshell_namelist_values, only: suggestion
    implicit none
    private
@@ -113,10 +115,11 @@ contains
    end function law_names
 
    !> &section: append one section and give it its elements.
-   subroutine read_section(group, folder, materials, number, structure, error)
+   subroutine read_section(group, folder, materials, fields, number, structure, error)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: folder !< prefix of the files that the group names
       type(named_material_t), intent(in) :: materials(:)
+      type(field_t), intent(in) :: fields(:)
       integer, intent(in) :: number !< of this section: structure%sections, %density and %element_section are there
       type(structure_t), intent(inout) :: structure
       type(error_t), allocatable, intent(inout) :: error
@@ -124,12 +127,14 @@ contains
       type(ply_t), allocatable :: plies(:)
       character(len=:), allocatable :: sets(:), formulation, kind
       real(wp), allocatable :: beta0
-      real(wp) :: offset, slack
+      real(wp) :: offset, slack, usual
       logical :: arc, wrinkling
-      integer :: i, e
 
       if (allocated(error)) return
-      call read_layers(group, materials, plies, error)
+      call get_sets(group, kind_element, structure%mesh, sets, error, required=.false.)
+      call take_elements(group, sets, number, structure, error)
+      call usual_thickness(group, fields, structure, number, usual, error)
+      call read_layers(group, materials, usual, plies, error)
       call get(group, 'type', kind, error, default='shell', choices='shell, membrane')
       if (allocated(error)) return
       call refuse_keys(group, kind, error)
@@ -137,16 +142,14 @@ contains
       call get(group, 'slack', slack, error, default=1.0e-6_wp, minimum=0.0_wp, maximum=1.0_wp)
       if (has(group, 'slack') .and. .not. wrinkling .and. .not. allocated(error)) &
          call complain_about(group, 'slack', 'only a sheet with wrinkling = .true. can be slack', error)
-      call get(group, 'offset', offset, error, default=0.0_wp)
+      call get_offset(group, sum(plies%thickness), offset, error)
       call get(group, 'formulation', formulation, error, default='S', choices='S, P')
       call get(group, 'arc', arc, error, default=.true.)
       if (has(group, 'beta0')) then
          allocate (beta0)
          call get(group, 'beta0', beta0, error, above=0.0_wp)
       end if
-      call get_sets(group, kind_element, structure%mesh, sets, error, required=.false.)
       if (allocated(error)) return
-      if (size(sets) == 0) sets = ['all']
       call new_layered_section(structure%sections(number), plies, refusal, &
          merge(formulation_s, formulation_p, formulation == 'S'), beta0, offset, arc, wrinkling, slack, kind == 'membrane')
       if (allocated(refusal)) then
@@ -155,11 +158,28 @@ contains
          return
       end if
       structure%density(number) = sum(plies%density*plies%thickness)/sum(plies%thickness)
-      do i = 1, size(sets)
-         associate (elements => structure%mesh%element_sets(find_element_set(structure%mesh, trim(sets(i))))%members)
+      call vary_section(group, fields, number, structure, error)
+      call read_direction(group, folder, number, structure, error)
+      call check_all_used(group, error)
+   end subroutine read_section
+
+   !> Give a section the elements of sets, without a set all.
+   subroutine take_elements(group, sets, number, structure, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: sets(:)
+      integer, intent(in) :: number
+      type(structure_t), intent(inout) :: structure
+      type(error_t), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: name
+      integer :: e, i
+      if (allocated(error)) return
+      do i = 1, max(1, size(sets))
+         name = 'all'
+         if (size(sets) > 0) name = trim(sets(i))
+         associate (elements => structure%mesh%element_sets(find_element_set(structure%mesh, name))%members)
             do e = 1, size(elements)
                if (structure%element_section(elements(e)) > 0) then
-                  call complain_about(group, 'element_set', 'element '//text_of(elements(e))//" of '"//trim(sets(i)) &
+                  call complain_about(group, 'element_set', 'element '//text_of(elements(e))//" of '"//name &
                      //"' has a section already (the section number "//text_of(structure%element_section(elements(e))) &
                      //' of this file)', error)
                   return
@@ -168,17 +188,15 @@ contains
             end do
          end associate
       end do
-      call read_direction(group, folder, number, structure, error)
-      call check_all_used(group, error)
-   end subroutine read_section
+   end subroutine take_elements
 
    !> Keys that mean nothing to the kind of section.
    subroutine refuse_keys(group, kind, error)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: kind
       type(error_t), allocatable, intent(inout) :: error
-      character(len=*), parameter :: of_shells(5) = [character(len=16) :: 'offset', 'formulation', 'arc', 'beta0', &
-                                                     'thickness_points']
+      character(len=*), parameter :: of_shells(7) = [character(len=16) :: 'offset', 'offset_ratio', 'offset_field', 'formulation', &
+                                                     'arc', 'beta0', 'thickness_points']
       character(len=*), parameter :: of_membranes(2) = [character(len=16) :: 'wrinkling', 'slack']
       integer :: i
       do i = 1, size(of_shells)
@@ -193,9 +211,10 @@ contains
 
    !> The layers of a section, bottom to top: material, thickness, angle and thickness_points have one value for all layers or one
    !> for each; there are as many layers as the longest of these lists has values.
-   subroutine read_layers(group, materials, plies, error)
+   subroutine read_layers(group, materials, usual, plies, error)
       type(group_t), intent(inout) :: group
       type(named_material_t), intent(in) :: materials(:)
+      real(wp), intent(in) :: usual !< thickness of a section that says none; 0: it has to
       type(ply_t), allocatable, intent(out) :: plies(:)
       type(error_t), allocatable, intent(inout) :: error
       character(len=*), parameter :: keys(4) = [character(len=16) :: 'material', 'thickness', 'angle', 'thickness_points']
@@ -205,7 +224,8 @@ contains
       integer :: given(4), i, k, m, n
 
       call get_strings(group, 'material', names, error, required=size(materials) /= 1)
-      call get(group, 'thickness', thickness, error, required=.true., above=0.0_wp)
+      call get(group, 'thickness', thickness, error, required=.not. usual > 0, above=0.0_wp)
+      if (size(thickness) == 0 .and. usual > 0) thickness = [usual]
       call get(group, 'angle', angle, error)
       call get(group, 'thickness_points', points, error, minimum=1, maximum=max_gauss_points)
       if (allocated(error)) return

@@ -9,7 +9,7 @@ module finshell_vtkhdf_mesh
    use finshell_stored_sets, only: read_sets
    implicit none
    private
-   public :: read_vtkhdf, shape_t
+   public :: read_cell_data, read_vtkhdf, shape_t
 
    !> Which shape of the mesh is wanted.
    type :: shape_t
@@ -121,6 +121,50 @@ contains
       call read_sets(file, name, number, mesh, error)
       mesh%results = name
    end subroutine read_content
+
+   !> Cell data of a file at one of its increments. Errors: those of a file that is none of ours; no such data or increment; too
+   !> many components; numbers that are not finite.
+   subroutine read_cell_data(name, array, increment, most, values, error)
+      character(len=*), intent(in) :: name, array
+      integer, intent(in) :: increment !< negative: the last
+      integer, intent(in) :: most !< components
+      real(wp), allocatable, intent(out) :: values(:, :) !< (components, elements)
+      type(error_t), allocatable, intent(out) :: error
+      type(hdf5_file_t) :: file
+      type(hdf5_table_t) :: table
+      type(error_t), allocatable :: ignored
+      real(dp), allocatable :: read(:, :)
+      integer(i8) :: elements, rows, step
+      integer :: n
+      call file%open(name, error)
+      if (.not. allocated(error)) call check_kind(file, name, error)
+      if (.not. allocated(error)) call find_step(file, name, increment, step, error)
+      if (.not. allocated(error)) call table%open(file, '/VTKHDF/Types', hdf5_byte, elements, error)
+      call table%close()
+      if (.not. allocated(error)) then
+         do n = 1, most
+            if (allocated(error)) deallocate (error)
+            call table%open(file, '/VTKHDF/CellData/'//array, hdf5_real, rows, error, components=n)
+            if (.not. allocated(error)) exit
+            call table%close()
+         end do
+         if (allocated(error)) then
+            call raise(error, status_input_error, name//": there is no cell data '"//array//"' of one to "//text_of(most) &
+                       //' numbers in the file')
+         else if (rows < (step + 1)*elements) then
+            call raise(error, status_input_error, name//": the cell data '"//array//"' of the file is damaged")
+         else
+            allocate (read(n, elements))
+            call table%get_reals(step*elements, read, error)
+         end if
+         call table%close()
+      end if
+      call file%close(ignored)
+      if (allocated(error)) return
+      values = read
+      if (.not. all(ieee_is_finite(values))) call raise(error, status_input_error, name//": the cell data '"//array &
+         //"' has numbers that are not finite")
+   end subroutine read_cell_data
 
    !> Are there triangles, and all their nodes?
    subroutine check_triangles(file, name, corners, nodes, error)
