@@ -530,7 +530,8 @@ FINSHELL_API int32_t finshell_pressure_load(int32_t n, const double *pressure, c
  * their number, to the same last bit.
  *
  * Arrays of the motion are by nodes: of the block finshell_elements, X, u [nodes][3], rotations [nodes][3] or [nodes][4], state
- * [nodes][4] and toward [nodes][nodal]; n is the number of elements of the mesh, and all other members are by element, as ever.
+ * [nodes][4] and toward [nodes][nodal]; n is the number of elements of the mesh, and all other members are by element, as ever; growth
+ * and states have as many places for each element as the section with most of them asks for.
  *
  * Every call ADDS to force [nodes][nodal] and values [entries] (set them to zero first, or let contributions add up), `factor`
  * times what it says. Forces are those of all nodes, held or not: at held ones they are reactions. NULL: not computed. A failed
@@ -620,13 +621,12 @@ FINSHELL_API int32_t finshell_assembly_pressure(const finshell_assembly *assembl
 FINSHELL_API int32_t finshell_assembly_volume(const finshell_assembly *assembly, const finshell_elements *elements, const double *side,
                                  const double *origin, double *volume, double *gradient, int32_t *codes, finshell_status *status);
 
-/* Masses, as finshell_mass_matrix has them.
- *   X [nodes][3]
+/* Masses, as finshell_elements_mass has them; of the block only X, thickness and offset count.
  *   lumped [nodes][nodal]   factor times the diagonal of the lumped matrix is added
  *   values                  factor times the consistent matrix is added
  * Errors: -1, -2, -3, -6. Since 0.1. */
 FINSHELL_API int32_t finshell_assembly_mass(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
-                               const double *X, double factor, double *lumped, double *values, int32_t *codes,
+                               const finshell_elements *elements, double factor, double *lumped, double *values, int32_t *codes,
                                finshell_status *status);
 
 /* Dead tractions: a third of the load of each (flat) element to each of its nodes.
@@ -635,10 +635,11 @@ FINSHELL_API int32_t finshell_assembly_mass(const finshell_assembly *assembly, i
 FINSHELL_API int32_t finshell_assembly_traction(const finshell_assembly *assembly, const double *X, const double *traction, double factor,
                                    double *force, int32_t *codes, finshell_status *status);
 
-/* Weight: the areal mass of the sections times acceleration [3]. Errors: -1, -2, -3, -6. Since 0.1. */
+/* Weight: the areal mass of the sections, or of the thickness of the elements' own, times acceleration [3]; of the block only X and
+ * thickness count. Errors: -1, -2, -3, -6. Since 0.1. */
 FINSHELL_API int32_t finshell_assembly_gravity(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
-                                  const double *X, const double *acceleration, double factor, double *force, int32_t *codes,
-                                  finshell_status *status);
+                                  const finshell_elements *elements, const double *acceleration, double factor, double *force,
+                                  int32_t *codes, finshell_status *status);
 
 /* Dead line loads on n sides of elements: half to each end and, since drilling rotations bend the side, couples with a stiffness (not at
  * sides that elements->straight names, nor of membranes). Where two elements share a loaded edge, give each its share.

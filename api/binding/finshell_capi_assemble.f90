@@ -2,16 +2,17 @@
 !> finshell.h for what the functions promise.
 module finshell_capi_assemble
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_loc, c_null_ptr, c_ptr
-   use finshell_batch, only: rotation_vector
+   use finshell_batch, only: n_growth, rotation_vector
    use finshell_capi_assembly, only: receive_assembly
    use finshell_capi_common, only: c_status_t, refuse
    use finshell_capi_element, only: evaluate_given
-   use finshell_capi_elements, only: c_elements_t, read_block, receive, receive_section, whole_block
+   use finshell_capi_elements, only: as_seen_by, c_elements_t, read_block, receive, receive_histories, receive_own, &
+      receive_section
    use finshell_capi_mesh, only: layout_t
    use finshell_capi_sweep, only: check_nodes, desk_t, job_t, sweep
    use finshell_freedoms, only: n_membrane, n_shell, shell_displacements
    use finshell_mass, only: mass_elements, mass_membranes
-   use finshell_section, only: section_t
+   use finshell_section, only: section_t, states_of
    use finshell_status, only: status_invalid_argument, status_ok
    use finshell_surface_pressure, only: pressure_elements
    implicit none
@@ -20,6 +21,7 @@ module finshell_capi_assemble
 
    type, extends(job_t) :: evaluation_t
       type(c_ptr), pointer :: sections(:) => null()
+      integer :: layers = 0, states = 0 !< most of any section: so many of each element has the caller
    contains
       procedure :: compute => compute_elements
    end type evaluation_t
@@ -102,19 +104,33 @@ contains
       type(layout_t), pointer :: layout
       type(c_elements_t) :: block
       type(evaluation_t) :: job
+      type(section_t), pointer :: s
+      integer :: i
       code = receive_assembly(place, assembly, layout, status)
       if (code == status_ok) code = receive_sections(place, layout, sections, section, job%sections, status)
       if (code == status_ok) code = read_block(place, elements, block, status)
       if (code == status_ok) code = check_nodes(place, layout, block, .true., status)
       if (code /= status_ok) return
       call aim(job, layout, block, 1.0_c_double, force, values)
-      code = sweep(place, job, codes, energy, status)
+      do i = 1, sections
+         code = receive_section(place, job%sections(i), s, status)
+         job%layers = max(job%layers, size(s%layers))
+         job%states = max(job%states, states_of(s))
+      end do
+      code = receive_histories(place, block, job%states, status)
+      if (code == status_ok) code = sweep(place, job, codes, energy, status)
    end function evaluate
 
    subroutine compute_elements(self, desk)
       class(evaluation_t), intent(in) :: self
       type(desk_t), intent(inout), target :: desk
       integer(c_int32_t) :: code
+      real(c_double), allocatable, target :: growth(:, :), begin(:, :), end(:, :)
+      type(section_t), pointer :: s
+      code = receive_section('', self%sections(desk%section), s)
+      call by_layer(self%given%growth, n_growth*self%layers, n_growth*size(s%layers), growth, desk%block%growth)
+      call by_layer(self%given%states_begin, self%states, states_of(s), begin, desk%block%states_begin)
+      call by_layer(self%given%states_end, self%states, states_of(s), end, desk%block%states_end)
       if (self%wants_matrix) then
          code = evaluate_given('', self%sections(desk%section), desk%block, desk%energy, desk%force, desk%matrix, desk%codes)
       else
@@ -122,6 +138,37 @@ contains
       end if
       ! refused as a whole: no code was written
       if (code < status_ok .and. all(desk%codes(:desk%n) >= status_ok)) call nothing(desk, code)
+      if (allocated(end)) call give_back()
+
+   contains
+
+      !> Numbers of the elements of a patch, of which a section may have fewer than the caller has places.
+      subroutine by_layer(from, most, wanted, values, to)
+         type(c_ptr), intent(in) :: from
+         integer, intent(in) :: most, wanted
+         real(c_double), allocatable, target, intent(inout) :: values(:, :)
+         type(c_ptr), intent(inout) :: to
+         real(c_double), pointer, contiguous :: all(:, :)
+         integer :: i
+         to = c_null_ptr
+         if (wanted == 0 .or. .not. c_associated(from)) return
+         call c_f_pointer(from, all, [most, self%layout%elements])
+         allocate (values(wanted, desk%n))
+         do i = 1, desk%n
+            values(:, i) = all(:wanted, self%layout%patches%element(desk%first + i))
+         end do
+         to = c_loc(values(1, 1))
+      end subroutine by_layer
+
+      !> States of elements that have not failed.
+      subroutine give_back()
+         real(c_double), pointer, contiguous :: all(:, :)
+         integer :: i
+         call c_f_pointer(self%given%states_end, all, [self%states, self%layout%elements])
+         do i = 1, desk%n
+            if (desk%codes(i) == status_ok) all(:size(end, 1), self%layout%patches%element(desk%first + i)) = end(:, i)
+         end do
+      end subroutine give_back
    end subroutine compute_elements
 
    !> A patch without results.
@@ -264,9 +311,9 @@ contains
       end subroutine press_membranes
    end subroutine compute_pressure
 
-   function mass(assembly, sections, section, x, factor, lumped, values, codes, status) result(code) &
+   function mass(assembly, sections, section, elements, factor, lumped, values, codes, status) result(code) &
       bind(c, name='finshell_assembly_mass')
-      type(c_ptr), value :: assembly, x, lumped, values
+      type(c_ptr), value :: assembly, elements, lumped, values
       integer(c_int32_t), value :: sections
       type(c_ptr), intent(in), optional, target :: section(*)
       real(c_double), value :: factor
@@ -279,8 +326,9 @@ contains
       type(mass_t) :: job
       code = receive_assembly(place, assembly, layout, status)
       if (code == status_ok) code = receive_sections(place, layout, sections, section, job%sections, status)
+      if (code == status_ok) code = read_block(place, elements, block, status)
       if (code /= status_ok) return
-      block = c_elements_t(whole_block(), layout%elements, rotation_vector, 1, 0, x)
+      block%convention = rotation_vector
       code = check_nodes(place, layout, block, .false., status)
       if (code /= status_ok) return
       call aim(job, layout, block, factor, lumped, values)
@@ -291,21 +339,23 @@ contains
       class(mass_t), intent(in) :: self
       type(desk_t), intent(inout), target :: desk
       type(section_t), pointer :: s
+      real(c_double), pointer, contiguous :: thickness(:), offset(:), growth(:, :, :)
       integer(c_int32_t) :: code
       code = receive_section('', self%sections(desk%section), s)
+      if (code == status_ok) call receive_own(as_seen_by(s, desk%block), s, thickness, offset, growth)
       desk%energy = 0
       if (code /= status_ok) then
          call nothing(desk, status_invalid_argument)
       else if (s%membrane) then
          if (self%wants_matrix) then
-            call mass_membranes(s, desk%n, desk%x, desk%codes, desk%matrix, desk%force)
+            call mass_membranes(s, desk%n, desk%x, desk%codes, desk%matrix, desk%force, thickness)
          else
-            call mass_membranes(s, desk%n, desk%x, desk%codes, lumped=desk%force)
+            call mass_membranes(s, desk%n, desk%x, desk%codes, lumped=desk%force, thickness=thickness)
          end if
       else if (self%wants_matrix) then
-         call mass_elements(s, desk%n, desk%x, desk%codes, desk%matrix, desk%force)
+         call mass_elements(s, desk%n, desk%x, desk%codes, desk%matrix, desk%force, thickness=thickness, offset=offset)
       else
-         call mass_elements(s, desk%n, desk%x, desk%codes, lumped=desk%force)
+         call mass_elements(s, desk%n, desk%x, desk%codes, lumped=desk%force, thickness=thickness, offset=offset)
       end if
       if (self%wants_matrix) desk%matrix = self%factor*desk%matrix
    end subroutine compute_masses

@@ -17,8 +17,8 @@ module finshell_capi_elements
    use finshell_status, only: status_invalid_argument, status_ok
    implicit none
    private
-   public :: c_elements_t, read_block, receive, receive_own, receive_states, receive_section, conclude, complaint, whole_block, &
-      freedoms_of, as_seen_by, memcpy
+   public :: c_elements_t, read_block, receive, receive_own, receive_states, receive_histories, receive_section, conclude, &
+      complaint, whole_block, freedoms_of, as_seen_by, memcpy
 
    !> finshell_elements of the header. What a shorter block does not hold is zero.
    type, bind(c) :: c_elements_t
@@ -202,8 +202,23 @@ contains
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       integer :: number
-      code = accept(status)
       number = states_of(section)
+      code = receive_histories(place, block, number, status)
+      if (code /= status_ok .or. number == 0 .or. block%n == 0) return
+      states%time = block%time
+      states%step = block%time_step
+      call c_f_pointer(block%states_begin, states%begin, [number, int(block%n)])
+      if (c_associated(block%states_end)) call c_f_pointer(block%states_end, states%end, [number, int(block%n)])
+   end function receive_states
+
+   !> Whether a block holds the states that elements have, so many each.
+   function receive_histories(place, block, number, status) result(code)
+      character(len=*), intent(in) :: place
+      type(c_elements_t), intent(in) :: block
+      integer, intent(in) :: number
+      type(c_status_t), intent(out), optional :: status
+      integer(c_int32_t) :: code
+      code = accept(status)
       if (number == 0 .or. block%n == 0) return
       if (.not. c_associated(block%states_begin)) then
          code = refuse(status, place, 'states_begin is NULL, and the laws of the section have # state variables an element', number)
@@ -214,12 +229,8 @@ contains
       else if (.not. abs(block%time) <= huge(1.0_c_double)) then
          code = refuse(status, place, 'time is no finite number')
       end if
-      if (code /= status_ok) return
-      states%time = block%time
-      states%step = block%time_step
-      call c_f_pointer(block%states_begin, states%begin, [number, int(block%n)])
-      if (c_associated(block%states_end)) call c_f_pointer(block%states_end, states%end, [number, int(block%n)])
-   end function receive_states
+   end function receive_histories
+
    !> Point to what elements have of their own in a block that `receive` has found sound; what it does not hold is not associated.
    subroutine receive_own(block, section, thickness, offset, growth)
       type(c_elements_t), intent(in) :: block

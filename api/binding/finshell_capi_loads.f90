@@ -5,12 +5,13 @@ module finshell_capi_loads
    use finshell_capi_assemble, only: aim, receive_sections
    use finshell_capi_assembly, only: receive_assembly
    use finshell_capi_common, only: c_status_t, judge, refuse, refuse_memory
-   use finshell_capi_elements, only: c_elements_t, read_block, receive_section, whole_block
+   use finshell_capi_elements, only: c_elements_t, read_block, receive_own, receive_section, whole_block
    use finshell_capi_mesh, only: layout_t
    use finshell_capi_sweep, only: check_nodes, desk_t, job_t, sweep
    use finshell_environment, only: environment_t, hold, release
    use finshell_freedoms, only: n_corners, n_shell, shell_at, uz
    use finshell_line_batch, only: line_loads
+   use finshell_own, only: own_inertia
    use finshell_rotation, only: cross_product
    use finshell_scatter, only: add_element_matrix
    use finshell_section, only: section_t
@@ -39,6 +40,7 @@ contains
       character(len=*), parameter :: place = 'finshell_assembly_traction'
       type(layout_t), pointer :: layout
       type(area_load_t) :: job
+      type(c_elements_t) :: block
       code = receive_assembly(place, assembly, layout, status)
       if (code /= status_ok) return
       if (layout%elements > 0 .and. .not. c_associated(per_area)) then
@@ -46,12 +48,13 @@ contains
          return
       end if
       if (c_associated(per_area)) call c_f_pointer(per_area, job%traction, [uz, layout%elements])
-      code = push(place, job, layout, x, factor, force, codes, status)
+      block = c_elements_t(whole_block(), int(layout%elements, c_int32_t), rotation_vector, 1, 0, x)
+      code = push(place, job, layout, block, factor, force, codes, status)
    end function traction
 
-   function gravity(assembly, sections, section, x, acceleration, factor, force, codes, status) result(code) &
+   function gravity(assembly, sections, section, elements, acceleration, factor, force, codes, status) result(code) &
       bind(c, name='finshell_assembly_gravity')
-      type(c_ptr), value :: assembly, x, force
+      type(c_ptr), value :: assembly, elements, force
       integer(c_int32_t), value :: sections
       type(c_ptr), intent(in), optional, target :: section(*)
       real(c_double), intent(in), optional :: acceleration(3)
@@ -62,6 +65,7 @@ contains
       character(len=*), parameter :: place = 'finshell_assembly_gravity'
       type(layout_t), pointer :: layout
       type(area_load_t) :: job
+      type(c_elements_t) :: block
       code = receive_assembly(place, assembly, layout, status)
       if (code == status_ok) code = receive_sections(place, layout, sections, section, job%sections, status)
       if (code /= status_ok) return
@@ -70,20 +74,23 @@ contains
          return
       end if
       job%acceleration = acceleration
-      code = push(place, job, layout, x, factor, force, codes, status)
+      code = read_block(place, elements, block, status)
+      if (code == status_ok) code = push(place, job, layout, block, factor, force, codes, status)
    end function gravity
 
-   function push(place, job, layout, x, factor, force, codes, status) result(code)
+   function push(place, job, layout, given, factor, force, codes, status) result(code)
       character(len=*), intent(in) :: place
       class(area_load_t), intent(inout) :: job
       type(layout_t), pointer, intent(in) :: layout
-      type(c_ptr), intent(in) :: x, force
+      type(c_elements_t), intent(in) :: given
+      type(c_ptr), intent(in) :: force
       real(c_double), intent(in) :: factor
       integer(c_int32_t), intent(out), optional :: codes(*)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       type(c_elements_t) :: block
-      block = c_elements_t(whole_block(), int(layout%elements, c_int32_t), rotation_vector, 1, 0, x)
+      block = given
+      block%convention = rotation_vector
       code = check_nodes(place, layout, block, .false., status)
       if (code == status_ok .and. .not. c_associated(force)) code = refuse(status, place, 'force is NULL')
       if (code /= status_ok) return
@@ -95,7 +102,8 @@ contains
       class(area_load_t), intent(in) :: self
       type(desk_t), intent(inout), target :: desk
       type(section_t), pointer :: s
-      real(c_double) :: a(3), b(3), per_area(3), area
+      real(c_double) :: a(3), b(3), per_area(3), area, inertia(3)
+      real(c_double), pointer, contiguous :: thickness(:), offset(:), growth(:, :, :)
       integer(c_int32_t) :: code
       integer :: i, j, m
       m = desk%freedoms/n_corners
@@ -104,9 +112,14 @@ contains
       per_area = 0
       if (associated(self%sections)) then
          code = receive_section('', self%sections(desk%section), s)
-         if (code == status_ok) per_area = s%inertia(1)*self%acceleration
+         if (code == status_ok) call receive_own(desk%block, s, thickness, offset, growth)
       end if
       do i = 1, desk%n
+         if (associated(self%sections) .and. code == status_ok) then
+            inertia = s%inertia
+            if (associated(thickness)) inertia = own_inertia(s, thickness(i))
+            per_area = inertia(1)*self%acceleration
+         end if
          if (associated(self%traction)) per_area = self%traction(:, self%layout%patches%element(desk%first + i))
          a = desk%x(:, 2, i) - desk%x(:, 1, i)
          b = desk%x(:, 3, i) - desk%x(:, 1, i)

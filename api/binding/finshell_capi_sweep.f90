@@ -20,7 +20,7 @@ module finshell_capi_sweep
    public :: job_t, desk_t, sweep, gather, deposit, check_nodes, conclude_nodes
 
    integer, parameter :: words_passed = 9 !< at most, of an element
-   integer, parameter :: members_passed = 3
+   integer, parameter :: members_passed = 5
 
    !> What a thread has before it: one patch.
    type :: desk_t
@@ -178,7 +178,8 @@ contains
       if (forked()) team_of = 1
    end function team_of
 
-   !> The block of a patch. A member of finshell_elements that is by element needs its line here, and no more.
+   !> The block of a patch. A member of finshell_elements that is by element needs its line here, and no more; what is by layer, or
+   !> of a length that the section decides, is gathered in finshell_capi_assemble.
    subroutine gather(layout, given, desk)
       type(layout_t), intent(in) :: layout
       type(c_elements_t), intent(in) :: given
@@ -203,6 +204,8 @@ contains
          call by_element(given%direction, 3*word, 1, block%direction)
          call by_element(given%normals, 9*word, 2, block%normals)
          call by_element(given%straight, 3*word/2, 3, block%straight)
+         call by_element(given%thickness, word, 4, block%thickness)
+         call by_element(given%offset, word, 5, block%offset)
       end associate
 
    contains

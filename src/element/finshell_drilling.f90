@@ -40,7 +40,8 @@ contains
    !> Drilling strain of a block of elements with its first derivatives.
    !>
    !> eta is a smooth step of s = 2 J^2/tr C - 1 between 0 and 1: 2 J^2/tr C is the harmonic mean of the squared principal
-   !> stretches (over `area`, from the stress-free state), so <Q>, which a compressive stress would turn against the drilling stiffness, acts only where both directions
+   !> stretches (over `area`, from the stress-free state), so <Q>, which a compressive stress would turn against the drilling
+   !> stiffness, acts only where both directions
    !> are stretched.
    pure subroutine new_drilling(level, ref, c, jacobian, tau, kink, area, d)
       integer, intent(in) :: level

@@ -11,6 +11,7 @@ typedef struct {
    int32_t *triangles, *sections, *held;                     /* [elements][3], [elements], [nodes][6] */
    double *X, *u, *vector, *quaternion, *state, *toward;     /* by nodes */
    double *direction, *normals, *pressure, *traction;        /* by elements */
+   double *thickness, *offset, *growth;                      /* [elements], [elements], [elements][3][4] */
    int32_t *straight;
 } grid;
 
@@ -35,8 +36,8 @@ static inline grid new_grid(int32_t m, uint32_t seed)
    g.straight = malloc(sizeof(int32_t) * 3 * g.elements);
    double **by_node[] = {&g.X, &g.u, &g.vector, &g.quaternion, &g.state, &g.toward};
    for (int i = 0; i < 6; i++) *by_node[i] = malloc(sizeof(double) * 6 * g.nodes);
-   double **by_element[] = {&g.direction, &g.normals, &g.pressure, &g.traction};
-   for (int i = 0; i < 4; i++) *by_element[i] = malloc(sizeof(double) * 9 * g.elements);
+   double **by_element[] = {&g.direction, &g.normals, &g.pressure, &g.traction, &g.thickness, &g.offset, &g.growth};
+   for (int i = 0; i < 7; i++) *by_element[i] = malloc(sizeof(double) * 12 * g.elements);
    for (int32_t i = 0; i < g.nodes; i++) {
       double x = i % (m + 1), y = i / (m + 1);
       g.X[3 * i] = x + 0.3 * noise(&seed), g.X[3 * i + 1] = y + 0.3 * noise(&seed), g.X[3 * i + 2] = 0.3 * noise(&seed);
@@ -59,6 +60,8 @@ static inline grid new_grid(int32_t m, uint32_t seed)
                for (int c = 0; c < 3; c++) g.normals[9 * e + 3 * k + c] = (c == 2) + 0.2 * noise(&seed);
             }
             g.pressure[e] = e % 3 ? 1 + noise(&seed) : 0;
+            g.thickness[e] = 0.1 + 0.05 * noise(&seed), g.offset[e] = 0.05 * noise(&seed);
+            for (int k = 0; k < 12; k++) g.growth[12 * e + k] = 0.05 * noise(&seed);
          }
    return g;
 }
@@ -66,7 +69,7 @@ static inline grid new_grid(int32_t m, uint32_t seed)
 static inline void free_grid(grid g)
 {
    void *all[] = {g.triangles, g.sections, g.held, g.straight, g.X, g.u, g.vector, g.quaternion, g.state, g.toward, g.direction,
-                  g.normals, g.pressure, g.traction};
+                  g.normals, g.pressure, g.traction, g.thickness, g.offset, g.growth};
    for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]);
 }
 
@@ -78,6 +81,7 @@ static inline finshell_elements block_of_grid(grid g, int convention)
    b.n = g.elements, b.convention = convention, b.threads = 1;
    b.X = g.X, b.u = g.u, b.rotations = convention == FINSHELL_ROTATION_QUATERNION ? g.quaternion : g.vector, b.state = g.state;
    b.direction = g.direction, b.normals = g.normals, b.straight = g.straight;
+   b.thickness = g.thickness, b.offset = g.offset, b.growth = g.growth;
    return b;
 }
 

@@ -24,6 +24,7 @@ static finshell_elements element_of(grid g, finshell_elements b, int e, one *o)
    }
    b.n = 1;
    b.X = o->X, b.u = o->u, b.rotations = o->rotations, b.state = o->state, b.toward = b.toward ? o->toward : NULL;
+   b.thickness += e, b.offset += e, b.growth += 12 * e;
    b.direction += 3 * e, b.normals = b.normals ? b.normals + 9 * e : NULL, b.straight = b.straight ? b.straight + 3 * e : NULL;
    return b;
 }
@@ -146,12 +147,12 @@ static void sums(int convention, int triangle, int how)
 
    memset(force, 0, sizeof force), memset(sum, 0, sizeof sum), memset(values, 0, sizeof(double) * entries);
    memset(dense, 0, sizeof(double) * square);
-   CHECK(finshell_assembly_mass(a, KINDS, list, g.X, 0.25, force, values, NULL, &status) == 0);
+   CHECK(finshell_assembly_mass(a, KINDS, list, &b, 0.25, force, values, NULL, &status) == 0);
    for (int e = 0; e < elements; e++) {
       one o;
       double f[18], k[18 * 18];
       finshell_elements single = element_of(g, b, e, &o);
-      CHECK(finshell_mass_matrix(s[g.sections[e]], 1, single.X, k, f, NULL, &status) == 0);
+      CHECK(finshell_elements_mass(s[g.sections[e]], &single, k, f, NULL, &status) == 0);
       for (int i = 0; i < 18; i++) f[i] *= 0.25;
       for (int i = 0; i < 18 * 18; i++) k[i] *= 0.25;
       add(g, row, rows, e, g.sections[e] == SHEET ? 3 : 6, f, k, sum, dense);
@@ -225,13 +226,13 @@ static void resultants(void)
    finshell_mesh mesh = mesh_of(g, FINSHELL_UPPER);
    finshell_elements b = block_of_grid(g, FINSHELL_ROTATION_QUATERNION);
    const finshell_section *const *list = (const finshell_section *const *)s;
-   const double gravity[3] = {0.5, 1, -10}, load[3] = {1, 2, 3}, areal[KINDS] = {0.25, 0.02 * 1 + 0.03 * 2 + 0.04 * 3, 0.3};
+   const double gravity[3] = {0.5, 1, -10}, load[3] = {1, 2, 3}, areal[KINDS] = {2.5, (0.02 * 1 + 0.03 * 2 + 0.04 * 3) / 0.09, 3};
    const int32_t element[1] = {2}, side[1] = {2};
    double pull[6 * nodes] = {0}, weight[6 * nodes] = {0}, line[6 * nodes] = {0}, expected[3][3] = {{0}}, sum[3][3] = {{0}};
    kinds(s);
    CHECK(finshell_assembly_create(&mesh, KINDS, list, &a, &status) == 0);
    CHECK(finshell_assembly_traction(a, g.X, g.traction, 2, pull, NULL, &status) == 0);
-   CHECK(finshell_assembly_gravity(a, KINDS, list, g.X, gravity, 3, weight, NULL, &status) == 0);
+   CHECK(finshell_assembly_gravity(a, KINDS, list, &b, gravity, 3, weight, NULL, &status) == 0);
    CHECK(finshell_assembly_line_load(a, &b, 1, element, side, load, 1, line, NULL, NULL, &status) == 0);
    for (int e = 0; e < elements; e++) {
       const double *x = g.X + 3 * g.triangles[3 * e], *y = g.X + 3 * g.triangles[3 * e + 1], *z = g.X + 3 * g.triangles[3 * e + 2];
@@ -243,7 +244,7 @@ static void resultants(void)
       area = sqrt(cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2]) / 2;
       for (int c = 0; c < 3; c++) {
          expected[0][c] += 2 * area * g.traction[3 * e + c];
-         expected[1][c] += 3 * area * areal[g.sections[e]] * gravity[c];
+         expected[1][c] += 3 * area * g.thickness[e] * areal[g.sections[e]] * gravity[c];
          if (e == 2) expected[2][c] = load[c] * sqrt(pow(z[0] - x[0], 2) + pow(z[1] - x[1], 2) + pow(z[2] - x[2], 2));
       }
    }
@@ -282,7 +283,7 @@ static void membranes(void)
       values[k] = calloc(entries[k], sizeof(double));
       CHECK(finshell_assembly_evaluate(a, 1, list, &b, &energy[k], force[k], values[k], NULL, &status) == 0);
       CHECK(finshell_assembly_pressure(a, &b, g.pressure, 1, origin, -1, force[k], values[k], NULL, &status) == 0);
-      CHECK(finshell_assembly_mass(a, 1, list, g.X, 1, force[k], values[k], NULL, &status) == 0);
+      CHECK(finshell_assembly_mass(a, 1, list, &b, 1, force[k], values[k], NULL, &status) == 0);
       CHECK(finshell_assembly_volume(a, &b, NULL, origin, &volume[k], NULL, NULL, &status) == 0);
       finshell_assembly_destroy(a);
    }

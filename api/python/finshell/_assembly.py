@@ -105,7 +105,8 @@ class Assembly:
         """The argument block, and the arrays that it points to."""
         n, m = self.nodes, self.elements
         shapes = {"X": (n, 3), "u": (n, 3), "rotations": (n, 4 if convention == Rotation.QUATERNION else 3), "state": (n, 4),
-                  "toward": (n, self.nodal), "direction": (m, 3), "normals": (m, 3, 3), "straight": (m, 3)}
+                  "toward": (n, self.nodal), "direction": (m, 3), "normals": (m, 3, 3), "straight": (m, 3), "thickness": (m,), "offset": (m,),
+                  "growth": (m, max((len(s.layers) for s in self.sections), default=1), 4)}
         kept = {name: array(name, values, shapes[name], np.int32 if name == "straight" else np.float64)
                 for name, values in {"X": X, "u": u, "rotations": rotations, **others}.items() if values is not None}
         return CElements(size=ctypes.sizeof(CElements), n=m, convention=int(convention), threads=threads,
@@ -133,16 +134,18 @@ class Assembly:
         return r
 
     def evaluate(self, X: Any, u: Any, rotations: Any = None, convention: Rotation = Rotation.VECTOR, *, state: Any = None,
-                 direction: Any = None, normals: Any = None, toward: Any = None, straight: Any = None, force: bool = True,
-                 tangent: bool = True, threads: int = 1, into: Optional[Assembled] = None, raise_errors: bool = True) -> Assembled:
+                 direction: Any = None, normals: Any = None, toward: Any = None, straight: Any = None, thickness: Any = None,
+                 offset: Any = None, growth: Any = None, force: bool = True, tangent: bool = True,
+                 threads: int = 1, into: Optional[Assembled] = None, raise_errors: bool = True) -> Assembled:
         """Energy, internal forces and tangent.
 
         By nodes: X, u (nodes, 3), rotations (nodes, 3) or quaternions (nodes, 4), state (nodes, 4), toward (nodes, nodal). By elements, as
-        in Section.evaluate: direction, normals, straight. into: what an earlier call returned, to which is added.
+        in Section.evaluate: direction, normals, straight, thickness, offset, growth (of as many layers as the section with most
+        of them has). into: what an earlier call returned, to which is added.
         """
         r = self._results(into, force, tangent)
         block, kept = self._block(X, u, rotations, convention, threads, state=state, direction=direction, normals=normals,
-                                  toward=toward, straight=straight)
+                                  toward=toward, straight=straight, thickness=thickness, offset=offset, growth=growth)
         energy = ctypes.c_double()
         self._call("finshell_assembly_evaluate", r, raise_errors, len(self.sections), self._list(), ctypes.byref(block),
                    ctypes.byref(energy), pointer(r.force if force else None), pointer(r.matrix.data if tangent else None))
@@ -175,12 +178,12 @@ class Assembly:
         assert r.force is not None
         return volume.value, r.force
 
-    def mass(self, X: Any, *, lumped: bool = False, factor: float = 1.0, into: Optional[Assembled] = None) -> Any:
+    def mass(self, X: Any, *, lumped: bool = False, thickness: Any = None, offset: Any = None, factor: float = 1.0, into: Optional[Assembled] = None) -> Any:
         """factor times the consistent mass matrix, or with `lumped` the diagonal (nodes, nodal) of the lumped one. With into it is added
         to its matrix, or its force."""
         r = self._results(into, lumped, not lumped)
-        x = array("X", X, (self.nodes, 3))
-        self._call("finshell_assembly_mass", r, True, len(self.sections), self._list(), pointer(x), factor,
+        block, kept = self._block(X, None, None, Rotation.VECTOR, 1, thickness=thickness, offset=offset)
+        self._call("finshell_assembly_mass", r, True, len(self.sections), self._list(), ctypes.byref(block), factor,
                    pointer(r.force if lumped else None), pointer(None if lumped else r.matrix.data))
         return r.force if lumped else r.matrix
 
@@ -193,11 +196,12 @@ class Assembly:
         assert r.force is not None
         return r.force
 
-    def gravity(self, X: Any, acceleration: Any, *, factor: float = 1.0, into: Optional[Assembled] = None) -> Doubles:
+    def gravity(self, X: Any, acceleration: Any, *, thickness: Any = None, factor: float = 1.0, into: Optional[Assembled] = None) -> Doubles:
         """Weight (nodes, nodal): the densities of the sections times an acceleration (3,)."""
         r = self._results(into, True, False)
-        x, g = array("X", X, (self.nodes, 3)), array("acceleration", acceleration, (3,))
-        self._call("finshell_assembly_gravity", r, True, len(self.sections), self._list(), pointer(x), pointer(g), factor,
+        block, kept = self._block(X, None, None, Rotation.VECTOR, 1, thickness=thickness)
+        g = array("acceleration", acceleration, (3,))
+        self._call("finshell_assembly_gravity", r, True, len(self.sections), self._list(), ctypes.byref(block), pointer(g), factor,
                    pointer(r.force))
         assert r.force is not None
         return r.force
