@@ -1,10 +1,18 @@
-# What a wheel holds (scikit-build-core sets the SKBUILD_ folders): the library and its header beside the Python modules, the
-# program where programs of a Python are, its manual page and completions where prefixes have them.
+# What a wheel holds (scikit-build-core sets the SKBUILD_ folders): libraries and headers beside the Python modules, the program
+# where programs of a Python are, its manual page and completions where prefixes have them. Target and component: wheel.
 set(package ${SKBUILD_PLATLIB_DIR}/finshell)
-# A wheel knows no links: the library goes by the name that programs ask for.
-install(FILES $<TARGET_FILE:finshell> DESTINATION ${package} RENAME $<TARGET_SONAME_FILE_NAME:finshell> COMPONENT wheel)
-install(FILES api/finshell.h api/finshell_c.f90 DESTINATION ${package}/include COMPONENT wheel)
+add_custom_target(wheel)
+foreach(library IN ITEMS finshell finshell_model)
+  if(TARGET ${library})
+    add_dependencies(wheel ${library})
+    # A wheel knows no links: a library goes by the name that programs ask for.
+    install(FILES $<TARGET_FILE:${library}> DESTINATION ${package} RENAME $<TARGET_SONAME_FILE_NAME:${library}> COMPONENT wheel)
+  endif()
+endforeach()
+file(GLOB headers CONFIGURE_DEPENDS api/*.h api/finshell_c.f90)
+install(FILES ${headers} DESTINATION ${package}/include COMPONENT wheel)
 if(TARGET finshell_program)
+  add_dependencies(wheel finshell_program)
   install(PROGRAMS $<TARGET_FILE:finshell_program> DESTINATION ${SKBUILD_SCRIPTS_DIR} COMPONENT wheel)
   install(FILES ${pages}/finshell.1 DESTINATION ${SKBUILD_DATA_DIR}/share/man/man1 COMPONENT wheel)
   install(FILES ${pages}/finshell DESTINATION ${SKBUILD_DATA_DIR}/share/bash-completion/completions COMPONENT wheel)
