@@ -56,6 +56,7 @@ module finshell_equilibrium
       integer :: assemblies = 0, force_evaluations = 0
       integer, allocatable :: factor_of_case(:) !< finshell_factor; the first is that without a name (finshell_load_case)
       type(inertia_t), allocatable :: inertia !< of steps in time
+      type(inertia_t), allocatable :: kept_inertia !< of one that was left under way, to go on with from this very state
       class(team_t), pointer :: team => null() !< processes that share the work
       integer, allocatable :: own_elements(:) !< of this process
       real(wp), allocatable :: values(:) !< of the matrix, left by `evaluate`

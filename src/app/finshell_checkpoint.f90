@@ -141,6 +141,7 @@ contains
       type(memo_t) :: memo
       integer :: nodes
       nodes = size(problem%state%displacement, 2)
+      if (allocated(problem%kept_inertia)) deallocate (problem%kept_inertia)
       memo = memo_t(numbers=numbers, reading=.true.)
       step = 1
       call carry_run(memo, problem, path, step)

@@ -17,7 +17,7 @@ module finshell_dynamic
    use finshell_balance, only: balance_t
    use finshell_newmark, only: new_newmark
    use finshell_newton, only: newton_result_t, solve_increment
-   use finshell_observer, only: observer_t, record_t
+   use finshell_observer, only: observer_t, record_t, stop_is_wanted
    use finshell_pace, only: landing_size
    use finshell_path, only: path_t
    use finshell_state, only: motion_between, state_t
@@ -56,6 +56,7 @@ contains
       if (allocated(path%course)) then
          call resume(course, problem, own, path, error)
       else
+         if (allocated(problem%kept_inertia)) deallocate (problem%kept_inertia)
          call path%account%begin()
          course%begun = problem%state%time
          course%at_start = problem%state%load_factor
@@ -69,6 +70,10 @@ contains
       if (.not. allocated(error) .and. allocated(path%course)) deallocate (path%course)
       problem%limp = limp
       problem%soft = soft
+      if (.not. allocated(problem%inertia)) return
+      if (allocated(error)) then
+         if (error%code == stop_is_wanted) call move_alloc(problem%inertia, problem%kept_inertia)
+      end if
       if (allocated(problem%inertia)) deallocate (problem%inertia)
    end subroutine solve_dynamic
 
@@ -115,6 +120,14 @@ contains
       call set_factor(problem%state, by_load_factor, self%at_start)
       call set_time(problem%state, self%begun)
       step%time%stops = stops_of(problem%state, step%time)
+      if (allocated(problem%kept_inertia)) then
+         call move_alloc(problem%kept_inertia, problem%inertia)
+         call choose_method(self, problem, step)
+         problem%state = state
+         call problem%accept()
+         problem%base_entry%reaction = self%reaction
+         return
+      end if
       if (allocated(self%first_displacement)) problem%state%displacement = self%first_displacement
       if (allocated(self%first_rotation)) problem%state%rotation = self%first_rotation
       call begin_dynamic(problem, step, error)

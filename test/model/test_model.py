@@ -69,6 +69,36 @@ class LikeTheDriver(unittest.TestCase):
                         shared += 1
                 self.assertGreaterEqual(shared, 4)
 
+    def test_all_kinds_of_steps(self):
+        # static, in time by all schemes with damping, modes; one behind the other
+        text = """&job name = 'm' /
+&mesh generator = 'rectangle' lengths = 1.0, 0.2 divisions = 6, 1 /
+&material name = 'm' law = 'linear_elastic' e = 1.0e5 nu = 0.3 density = 2.0 /
+&section thickness = 0.02 /
+&monitor name = 'v' quantity = 'velocity' component = 'z' node_set = 'corner_x1_y1' /
+&monitor name = 'k' quantity = 'kinetic_energy' /
+&support node_set = 'edge_x0' type = 'clamped' /
+&load type = 'gravity' vector = 0, 0, -1 /
+&step load_factor = 1 /
+&step control = 'dynamic' duration = 0.01 load_factor = 0 mass_damping = 20 stiffness_damping = 1e-4 /
+&step control = 'dynamic' duration = 0.005 times = 0.005 factors = 2.0 scheme = 'conserving' output_interval = 0.001 /
+&step control = 'explicit' duration = 0.005 load_factor = 0 mass_damping = 20 history_rows = 7 /
+&step load_factor = 0 /
+&step control = 'frequencies' modes = 2 /
+&step load_factor = -1 /
+&initial_velocity velocity = 0, 0, 1 /
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "m.nml").write_text(text, encoding="utf-8")
+            subprocess.run([os.environ["FINSHELL_BIN"], "run", "m.nml", "--quiet"], check=True, capture_output=True, cwd=folder)
+            with open(Path(folder, "m.history.csv"), encoding="utf-8") as f:
+                rows = list(csv.DictReader(f))
+        model = finshell.Model(text=text)
+        model.run()
+        self.assertTrue(model.record.finished)
+        for column in ("v", "k", "load_factor", "time", "iterations"):
+            np.testing.assert_array_equal(model.history[column], [float(r[column]) for r in rows], err_msg=column)
+
     def test_checkpoints_change_nothing(self):
         straight, back = dynamic(duration=0.3).load(type="force", node_set="edge_x1", vector=TIP).model(), None
         straight.run()

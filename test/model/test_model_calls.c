@@ -193,7 +193,7 @@ static void arrays(void)
    CHECK(finshell_model_create("sheet", text, &mesh, &m, &status) < 0 && strstr(status.message, "sheet:1: &mesh"));
    t[0] = 0;
    x[0] = NAN;
-   CHECK(finshell_model_create("sheet", text, &mesh, &m, &status) < 0 && strstr(status.message, "NaN"));
+   CHECK(finshell_model_create("sheet", text, &mesh, &m, &status) < 0 && strstr(status.message, "a coordinate of node 1 is NaN or infinite"));
    mesh.size = 8;
    CHECK(finshell_model_create("sheet", text, &mesh, &m, &status) == -1 && strstr(status.message, "sizeof"));
    mesh.size = sizeof mesh;
@@ -310,6 +310,7 @@ static void *many(void *result)
    return result;
 }
 
+/* Without the threads, for valgrind: test_model_calls alone */
 static void together(void)
 {
    enum { threads = 8 };
@@ -337,7 +338,7 @@ int main(int argc, char **argv)
    fields();
 #ifndef FINSHELL_TRAPS
    CHECK(fetestexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW) == 0);
-   CHECK(fegetexcept() == (FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW));
+   CHECK(argc > 1 || fegetexcept() == (FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW)); /* valgrind has no traps */
    fedisableexcept(FE_ALL_EXCEPT);
 #endif
    arrays();
