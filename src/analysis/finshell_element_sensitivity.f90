@@ -2,10 +2,10 @@
 !> the position of each node: what an adjoint solution is multiplied with.
 !>
 !> The model is taken apart: every element gets three nodes of its own, at the places, displacements and rotations of those it has.
-!> Then one evaluation of all elements with all of them changed alike gives the change of each: four evaluations for all thicknesses
-!> (differences of fourth order of forces that are linear and cubic in the thickness), twelve for all positions (central differences
-!> of six coordinates of each element; what its third node does follows from the first two, as internal forces do not change when
-!> an element goes with its nodes). Loads go the same way; weights are proportional to the thickness.
+!> Then one evaluation of all elements with all of them changed alike gives the change of each: two evaluations for all
+!> thicknesses, twelve for all positions (six coordinates of each element; what its third node does follows from the first two, as
+!> internal forces do not change when an element goes with its nodes). Loads go the same way; weights are proportional to the
+!> thickness.
 module finshell_element_sensitivity
    use finshell_acting_load, only: load_item_t
    use finshell_centrifugal, only: add_centrifugal
@@ -34,9 +34,9 @@ module finshell_element_sensitivity
       real(wp), allocatable :: dual(:, :) ! (n_nodal, 3 elements) the motion
    end type pieces_t
 
-   !> Part of the thickness; part of the size of an element. Truncation and rounding meet at the fifth and at the third root of
-   !> epsilon.
-   real(wp), parameter :: small_part = epsilon(1.0_wp)**0.2_wp, small_distance = epsilon(1.0_wp)**(1/3.0_wp)
+   !> Part of the thickness, or of the size of an element, over which central differences are taken: truncation (step^2) and
+   !> rounding (epsilon/step) meet at the third root of epsilon.
+   real(wp), parameter :: small_part = epsilon(1.0_wp)**(1/3.0_wp)
 
 contains
 
@@ -72,8 +72,7 @@ contains
       real(wp), intent(out) :: work(:), energy(:) !< (elements)
       type(error_t), allocatable, intent(out) :: error
       real(wp) :: w(size(work)), e(size(work)), thickness(size(work))
-      real(wp), parameter :: coefficient(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/12
-      integer, parameter :: place(4) = [-2, -1, 1, 2]
+      integer, parameter :: place(2) = [-1, 1]
       integer :: i, k
       associate (sections => problem%structure%sections)
          work = 0
@@ -84,8 +83,8 @@ contains
             end do
             call internal_work(problem, pieces, w, e, error)
             if (allocated(error)) return
-            work = work + coefficient(k)/small_part*w
-            energy = energy + coefficient(k)/small_part*e
+            work = work + place(k)/(2*small_part)*w
+            energy = energy + place(k)/(2*small_part)*e
          end do
          pieces%structure%sections = sections
          thickness = sections(problem%structure%element_section)%thickness
@@ -107,7 +106,7 @@ contains
       n = size(problem%structure%element_section)
       allocate (distance(n), w(n, 2), e(n, 2), load(n, 2))
       allocate (of_element(3, n_corners, n), of_energy(3, n_corners, n))
-      distance = [(small_distance*sqrt(norm2(twice_area_vector(problem%structure%mesh, i))), i=1, n)]
+      distance = [(small_part*sqrt(norm2(twice_area_vector(problem%structure%mesh, i))), i=1, n)]
       coordinates = pieces%structure%mesh%coordinates
       do k = 1, n_corners
          do c = 1, 3

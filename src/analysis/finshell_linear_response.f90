@@ -4,10 +4,10 @@
 !>     [ c'   d ] [s] = [a]        c, d: derivatives of what is held fixed with respect to the unknowns and the factor
 !>
 !> The tangent is assembled at the state; the factors are those that the iteration has left, of the state before its last
-!> correction. They are as near as that correction is small, so a few corrections of the solution from its residual make up for it (each costs
-!> a back substitution). The residual is that of the bordered system, so that near limit points of the factor, where K is nearly
-!> singular and the whole is not, the digits that the elimination of K loses come back. Factors that do not bring the corrections
-!> down are replaced by those of the present matrix, in a solver of its own: the path finds its own as it left them.
+!> correction. They are as near as that correction is small, so a few corrections of the solution from its residual make up for it
+!> (each costs a back substitution). The residual is that of the bordered system, so that near limit points of the factor, where K
+!> is nearly singular and the whole is not, the digits that the elimination of K loses come back. Factors that do not bring the
+!> corrections down are replaced by those of the present matrix, in a solver of its own: the path finds its own as it left them.
 !>
 !> The adjoint system is the transposed one. Symmetric matrices share their factors with it, others are factorised once more.
 module finshell_linear_response
@@ -55,7 +55,7 @@ module finshell_linear_response
    end type linear_response_t
 
    integer, parameter :: most_corrections = 12
-   real(wp), parameter :: enough = 1.0e-13_wp !< last correction over the solution
+   real(wp), parameter :: enough = 1.0e-11_wp !< last correction over the solution
    real(wp), parameter :: tolerable = 1.0e-9_wp !< the same, where rounding lets no more
    real(wp), parameter :: contracting = 0.3_wp !< from one correction to the next
 

@@ -11,9 +11,16 @@ module finshell_monitor_gradient
    use finshell_pressure, only: follower_pressure
    implicit none
    private
-   public :: monitor_gradient, pressed_volume_gradient
+   public :: knows_gradient, monitor_gradient, pressed_volume_gradient
 
 contains
+
+   !> Is there one (also `has_gradient` of finshell_sensitivity_choice)?
+   elemental logical function knows_gradient(watch)
+      type(watch_t), intent(in) :: watch
+      knows_gradient = watch%field%name == 'volume' .or. watch%field%name == 'energy' &
+                       .or. (watch%field%name == 'displacement' .and. watch%reduce <= reduce_sum)
+   end function knows_gradient
 
    !> Per displacement and spin of each node, (n_nodal, nodes), global axes. The problem has been evaluated at its state.
    subroutine monitor_gradient(problem, watch, nodal)

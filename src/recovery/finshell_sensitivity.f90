@@ -1,26 +1,24 @@
 !> Derivatives of monitors, and of the load factor, at an equilibrium state (doc/sensitivity.md).
 !>
 !> A number of the input: its variants (finshell_variant) give the change of the residual and of the monitors at the state, by
-!> differences of fourth order; one solution with the tangent gives the motion that goes with it, and the change of all monitors
+!> central differences; one solution with the tangent gives the motion that goes with it, and the change of all monitors
 !> along this motion is added. Thickness of each element, position of each node: one adjoint solution for a monitor, and its
 !> work (finshell_element_sensitivity).
 module finshell_sensitivity
    use finshell_element_sensitivity, only: pieces_t, position_work, take_apart, thickness_work
-   use finshell_equations, only: field_displacement, field_rotation, gather, scatter
+   use finshell_equations, only: scatter
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t
    use finshell_factor, only: by_load_factor
    use finshell_field, only: field_t, name_t
    use finshell_freedoms, only: n_nodal, ux, uz
-   use finshell_held_motion, only: motion_at
    use finshell_kinds, only: wp
    use finshell_linear_response, only: border_row_t, linear_response_t
    use finshell_monitor_gradient, only: monitor_gradient, pressed_volume_gradient
+   use finshell_monitor_response, only: find_along, find_gradient, find_row
    use finshell_monitoring, only: monitored_values, watch_t
-   use finshell_result_fields, only: on_nodes
    use finshell_sensitivity_choice, only: held_by_control, held_load_factor, per_element, per_node, per_parameter, &
       sensitivity_choice_t, the_load_factor
-   use finshell_state, only: state_t
    use finshell_step, only: control_volume, prescribes_monitored
    use finshell_structure, only: structure_t
    use finshell_variant, only: variant_t
@@ -28,12 +26,11 @@ module finshell_sensitivity
    private
    public :: sensitivities_t, varied_t, places, small_step
 
-   !> Where differences of fourth order are taken, in steps, and their coefficients. In the derivative of a smooth function
-   !> truncation (step^4) and rounding (epsilon/step) meet at the fifth root of epsilon; functions up to the fourth degree have no
-   !> truncation.
-   integer, parameter :: places(4) = [-2, -1, 1, 2]
-   real(wp), parameter :: coefficients(4) = [1.0_wp, -8.0_wp, 8.0_wp, -1.0_wp]/12
-   real(wp), parameter :: small_step = epsilon(1.0_wp)**0.2_wp
+   !> A parameter is varied by a step to both sides: in central differences truncation (step^2) and rounding (epsilon/step) meet at
+   !> the third root of epsilon, and residuals are linear in most parameters.
+   integer, parameter :: places(2) = [-1, 1]
+   real(wp), parameter :: coefficients(2) = places/2.0_wp
+   real(wp), parameter :: small_step = epsilon(1.0_wp)**(1/3.0_wp)
 
    !> A parameter of the input and its variants, made once.
    type :: varied_t
@@ -140,48 +137,9 @@ contains
       if (fixed == held_by_control .and. .not. prescribes_monitored(control)) fixed = held_load_factor
    end function held_in
 
-   !> The row of what is held fixed; unallocated: the load factor is.
-   subroutine find_row(problem, watches, fixed, row)
-      type(equilibrium_t), intent(in) :: problem
-      type(watch_t), intent(in) :: watches(:)
-      integer, intent(in) :: fixed
-      type(border_row_t), allocatable, intent(out) :: row
-      if (fixed == held_load_factor) return
-      allocate (row)
-      row%f = problem%rate
-      if (fixed == held_by_control) then
-         row%c = problem%watched
-         row%d = problem%watched_rate
-      else
-         call find_gradient(problem, watches(fixed), row%c, row%d)
-      end if
-   end subroutine find_row
-
-   !> Derivatives of a monitor with respect to the unknowns and the load factor; and with respect to all motions.
-   subroutine find_gradient(problem, watch, gradient, rate, all_motions)
-      type(equilibrium_t), intent(in) :: problem
-      type(watch_t), intent(in) :: watch
-      real(wp), allocatable, intent(out) :: gradient(:) !< (n)
-      real(wp), intent(out) :: rate
-      real(wp), allocatable, intent(out), optional :: all_motions(:, :) !< (n_nodal, nodes)
-      real(wp), allocatable :: nodal(:, :)
-      integer :: i
-      call monitor_gradient(problem, watch, nodal)
-      if (present(all_motions)) all_motions = nodal
-      allocate (gradient(problem%n), source=0.0_wp)
-      associate (e => problem%equations)
-         call e%links%fold(nodal)
-         call gather(e, nodal, gradient(:e%n))
-         rate = 0
-         do i = 1, size(e%moved)
-            rate = rate + dot_product(nodal(:, e%moved(i)), motion_at(e, i, by_load_factor, problem%state))
-         end do
-      end associate
-   end subroutine find_gradient
-
    !> All derivatives with respect to one parameter.
    subroutine find_columns(self, problem, watches, control, number, error)
-      class(sensitivities_t), intent(inout), target :: self
+      class(sensitivities_t), intent(inout) :: self
       type(equilibrium_t), intent(inout) :: problem
       type(watch_t), intent(in) :: watches(:)
       integer, intent(in) :: control
@@ -190,11 +148,13 @@ contains
       type(border_row_t), allocatable :: row
       real(wp), allocatable :: load(:), x(:), own(:), along(:)
       logical, allocatable :: no_own(:), no_along(:)
+      integer, allocatable :: used(:)
       real(wp) :: held, s, held_change
       integer :: at, fixed, i, k, last
 
       allocate (x(problem%n))
-      call find_explicit(problem, self%varied(number), watches, prescribes_monitored(control), load, own, no_own, held, error)
+      used = used_watches(self, watches, number)
+      call find_explicit(problem, self%varied(number), watches, used, prescribes_monitored(control), load, own, no_own, held, error)
       if (allocated(error)) return
       last = -huge(1)
       at = 0
@@ -215,7 +175,7 @@ contains
                   call self%response%solve(problem, load, x, error)
                end if
                if (allocated(error)) return
-               call find_along(problem, watches, x, s, along, no_along, error)
+               call find_along(problem, watches, used, x, s, along, no_along, error)
                if (allocated(error)) return
                last = fixed
             end if
@@ -231,19 +191,38 @@ contains
       end do
    end subroutine find_columns
 
+   !> The monitors that are differentiated with respect to a parameter, or held fixed meanwhile.
+   pure function used_watches(self, watches, number) result(used)
+      type(sensitivities_t), intent(in) :: self
+      type(watch_t), intent(in) :: watches(:)
+      integer, intent(in) :: number
+      integer, allocatable :: used(:)
+      logical :: wanted(size(watches))
+      integer :: i
+      wanted = .false.
+      do i = 1, size(self%choices)
+         if (self%choices(i)%per /= per_parameter) cycle
+         if (self%choices(i)%parameter /= self%varied(number)%parameter) cycle
+         if (self%choices(i)%monitor > 0) wanted(self%choices(i)%monitor) = .true.
+         if (self%choices(i)%fixed > 0) wanted(self%choices(i)%fixed) = .true.
+      end do
+      used = pack([(i, i=1, size(watches))], wanted)
+   end function used_watches
+
    !> What a parameter does at the state as it is: to the residual, to the monitors, to what the step prescribes.
-   subroutine find_explicit(problem, varied, watches, prescribed, load, own, missing, held, error)
+   subroutine find_explicit(problem, varied, watches, used, prescribed, load, own, missing, held, error)
       type(equilibrium_t), intent(inout) :: problem
       type(varied_t), intent(inout), target :: varied
       type(watch_t), intent(in) :: watches(:)
+      integer, intent(in) :: used(:) !< of the watches; the others get 0
       logical, intent(in) :: prescribed !< the step prescribes something
       real(wp), allocatable, intent(out) :: load(:), own(:)
       logical, allocatable, intent(out) :: missing(:)
       real(wp), intent(out) :: held
       type(error_t), allocatable, intent(inout) :: error
       type(structure_t), pointer :: structure
-      real(wp) :: r(problem%n), values(size(watches))
-      logical :: gone(size(watches))
+      real(wp) :: r(problem%n), values(size(used))
+      logical :: gone(size(used))
       integer :: k
       load = spread(0.0_wp, 1, problem%n)
       own = spread(0.0_wp, 1, size(watches))
@@ -259,9 +238,9 @@ contains
                return
             end if
             load = load + part*r
-            call monitored_values(variant%problem, variant%problem%state, watches, values, gone)
-            own = own + part*values
-            missing = missing .or. gone
+            if (size(used) > 0) call monitored_values(variant%problem, variant%problem%state, watches(used), values, gone)
+            own(used) = own(used) + part*values
+            missing(used) = missing(used) .or. gone
             if (.not. prescribed) cycle
             problem%structure => variant%structure
             held = held + part*problem%monitored(variant%problem%state)
@@ -269,39 +248,6 @@ contains
          end associate
       end do
    end subroutine find_explicit
-
-   !> Change of the monitors along a motion of the unknowns and of the load factor.
-   subroutine find_along(problem, watches, x, s, along, missing, error)
-      type(equilibrium_t), intent(inout) :: problem
-      type(watch_t), intent(in) :: watches(:)
-      real(wp), intent(in) :: x(:), s
-      real(wp), allocatable, intent(out) :: along(:)
-      logical, allocatable, intent(out) :: missing(:)
-      type(error_t), allocatable, intent(inout) :: error
-      type(state_t) :: state
-      real(wp) :: largest, part, values(size(watches))
-      logical :: forces, gone(size(watches))
-      integer :: k
-      along = spread(0.0_wp, 1, size(watches))
-      missing = spread(.false., 1, size(watches))
-      largest = max(maxval(abs(x), mask=problem%field == field_rotation), &
-                    maxval(abs(x), mask=problem%field == field_displacement)/problem%detail)
-      if (abs(s) > 0) largest = max(largest, abs(s)/max(abs(problem%state%load_factor), tiny(1.0_wp)/epsilon(1.0_wp)))
-      if (.not. largest > 0 .or. size(watches) == 0) return
-      part = small_step/largest
-      forces = any([(watches(k)%field%on == on_nodes .and. watches(k)%field%adds_up, k=1, size(watches))])
-      state = problem%state
-      do k = 1, size(places)
-         call problem%move(places(k)*part*x, places(k)*part*s)
-         if (forces) call problem%evaluate(.false., error)
-         if (.not. allocated(error)) call monitored_values(problem, problem%state, watches, values, gone)
-         problem%state = state
-         if (allocated(error)) exit
-         along = along + coefficients(k)/part*values
-         missing = missing .or. gone
-      end do
-      call problem%refresh()
-   end subroutine find_along
 
    !> Derivatives for each element and each node.
    subroutine find_fields(self, problem, watches, control, error)
