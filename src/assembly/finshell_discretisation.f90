@@ -164,7 +164,7 @@ contains
       real(wp), intent(out), contiguous :: raw(:, :), frame(:, :, :)
       integer(i4), intent(out), contiguous :: status(:, :)
       call recover_fields(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, fields, layers, &
-                          raw, status, frame, gathered%direction, held=gathered%held, normal=gathered%normal, thickness=gathered%thickness, &
-                          offset=gathered%offset, growth=gathered%growth)
+                          raw, status, frame, gathered%direction, held=gathered%held, normal=gathered%normal, &
+                          thickness=gathered%thickness, offset=gathered%offset, growth=gathered%growth)
    end subroutine recover_gathered
 end module finshell_discretisation
