@@ -3,7 +3,8 @@
 !> On a smooth path the change of the stored energy is the integral of load factor * (force . rate of displacement), of
 !> reaction * (motion of the support), and of what growth stores where nothing moves. The trapezoidal rule over the increment
 !> misses it by the third order of its length; with the tangents to the path at both ends (cubic Hermite polynomials of
-!> factor, work and reaction over the length) by the fifth. What a snap dissipates is of lower order: no rule that knows the two ends only can explain it.
+!> factor, work and reaction over the length) by the fifth. What a snap dissipates is of lower order: no rule that knows the two
+!> ends only can explain it.
 module finshell_balance
    use finshell_kinds, only: wp, i1
    use finshell_freedoms, only: rx, rz, ux, uz

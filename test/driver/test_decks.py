@@ -160,6 +160,29 @@ class Decks(unittest.TestCase):
                    tie="TIE of nodes that are not at one place", link="BEAM, TIE or PIN", plane="in all displacements", none="two surfaces",
                    body="NSET or ELSET", cyclic="CYCLIC SYMMETRY", distributing="*DISTRIBUTING COUPLING")
 
+    def test_temperatures(self):
+        model = ["*NODE, NSET=NALL", "1, 0, 0, 0", "2, 5, 0, 0", "3, 10, 0, 0", "4, 0, 1, 0", "5, 5, 1, 0", "6, 10, 1, 0",
+                 "*ELEMENT, TYPE=S4, ELSET=EALL", "1, 1, 2, 5, 4", "2, 2, 3, 6, 5", "*NSET, NSET=LEFT", "1, 4", "*NSET, NSET=RIGHT", "3, 6",
+                 "*MATERIAL, NAME=STEEL", "*ELASTIC", "1000., 0.0", "*EXPANSION, ZERO=20.", "1e-4",
+                 "*MATERIAL, NAME=PLY", "*ELASTIC", "1000., 0.0", "*EXPANSION, TYPE=ORTHO", "1e-4, 2e-4, 3e-4",
+                 "*SHELL SECTION, ELSET=EALL, COMPOSITE", "0.1, 3, STEEL, 0.0", "0.1, 3, PLY, 90.0",
+                 "*BOUNDARY", "NALL, 2, 6", "LEFT, 1, 1", "*INITIAL CONDITIONS, TYPE=TEMPERATURE", "NALL, 20."]
+        ends = "&monitor name = 'u' quantity = 'displacement' component = 'x' node_set = 'RIGHT' /\n"
+        groups, said, rows = self.convert([*model, *step("*TEMPERATURE", "NALL, 70."), *step("*TEMPERATURE", "RIGHT, 120.")], monitors=ends)
+        self.assertNotIn("*", said.replace("*TEMPERATURE", "*T") if "NOT TAKEN" in said else "")
+        self.assertIn("&growth element_set = 'EALL' layer = 1 expansion = 1.0E-04 temperature = 100.0 temperature_field = 'heated_RIGHT' amplitude = 'history_1' /", groups)
+        self.assertTrue(any("layer = 2 expansion = 1.0E-04 2.0E-04 3.0E-04 temperature = 50.0" in line for line in groups))
+        # the ply lies across: 2e-4 along x; the mean of both layers, rotations held
+        at = {float(row["load_factor"]): float(row["u"]) for row in rows}
+        self.assertAlmostEqual(at[1.0], 1.5e-4 * 50 * 10, delta=1e-3 * 1.5e-4 * 500)
+        self.assertAlmostEqual(at[2.0], 1.5e-4 * (50 * 5 + 75 * 5), delta=1e-2 * 1.5e-4 * 625)
+        self.names([*model, *step("*TEMPERATURE", "NALL, 70., 3.0", "NONE, 1.0")], a="a gradient through the thickness", b="'NONE': nodes of a shell")
+        self.names([*model, "LEFT, 30.", *step("*TEMPERATURE", "NALL, 70.")], a="nodes that begin at different temperatures: they count from")
+        self.names([*model, *step("*TEMPERATURE, FILE=heat", "")], run=False, a="temperatures of a file or of a program")
+        self.names([*model, "*AMPLITUDE, NAME=UP", "0., 0., 1., 1.", *step("*TEMPERATURE, AMPLITUDE=UP", "NALL, 70.")],
+                   a="AMPLITUDE where the initial temperature is not zero")
+        self.names([*model[:17], "*EXPANSION, TYPE=ANISO", "1e-4", *model[19:], *step("*TEMPERATURE", "NALL, 70.")], a="one coefficient, or three with TYPE = ORTHO")
+
     def test_ties(self):
         def shifted(row, by, x):
             fields = row.split(", ")

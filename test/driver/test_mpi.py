@@ -111,6 +111,17 @@ class Processes(unittest.TestCase):
         for column in ("load_factor", "w"):
             self.close([r[column] for r in rows[1]], [r[column] for r in rows[3]], column)
 
+    def test_growth(self):
+        text = (STRIP.format(16) + "&growth growth = 1.01 case = 'g' /\n&growth growth = 1.002, 1.0, 1.01 /\n&output energy = .true. /\n"
+                "&step control = 'linear' /\n&step load_factor = 0.2 /\n&step case = 'g' load_factor = 0.5 /\n")
+        rows = {}
+        for processes in (1, 3):
+            run = self.solve_text(text, processes)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            rows[processes] = rows_of(self.folder)
+        for column in ("load_factor", "w", "stored_energy", "work_g"):
+            self.close([r[column] for r in rows[1]], [r[column] for r in rows[3]], column, 1e-9)
+
     def test_output(self):
         """Section forces, energy, parts of the mesh, probes, and the log of iterations, from the one process that writes."""
         text = STRIP.format(16) + "&element_set name = 'end' x = 4, 99 /\n&output energy = .true. verbose = .true. /\n"

@@ -104,6 +104,21 @@ MOTION = SHEET.replace("mu = 1.0e3", "mu = 1.0e6 density = 1000.0") + MONITOR + 
 &step control = '{}' duration = 0.03 times = 0.01 factors = 0.5 {} /
 """
 
+#: Growth: by layers, over a table, as a case of its own that comes with a step, constant until another one; the factor of arc-length.
+GROWN = """&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 12, 2 /
+&material name = 'r' law = 'neo_hookean' mu = 1.0 density = 1.0 /
+&field name = 't' over = 'x' points = 0, 0.1, 10, 0.05 /
+&section thickness = 0.1, 0.1 thickness_field = 't' /
+&support node_set = 'edge_x0' type = 'clamped' /
+&amplitude name = 'a' points = 0.0, 0.0,  0.4, 0.5,  1.0, 1.0 /
+&growth growth = 1.02 layer = 1 amplitude = 'a' /
+&growth prestretch = 1.02, 1.0 case = 'p' from_step = 2 /
+&growth expansion = 1e-3 temperature = 20 constant = .true. until_step = 2 /
+&step first_increment = 0.2 /
+&step case = 'p' first_increment = 0.25 /
+&step control = 'arc_length' load_factor = 0.3 /
+"""
+
 
 class Restart(unittest.TestCase):
     def setUp(self):
@@ -139,7 +154,7 @@ class Restart(unittest.TestCase):
             np.testing.assert_array_equal(found, expected)
 
     def test_every_increment(self):
-        for text in (MIXED, SNAPPING, CHAMBER, CASES, STAGES, TURNED, IMPERFECT, MOTION.format('dynamic', 'first_increment = 0.003 automatic = .false.'), MOTION.format('explicit', 'history_rows = 6')):
+        for text in (MIXED, SNAPPING, CHAMBER, CASES, STAGES, TURNED, GROWN, IMPERFECT, MOTION.format('dynamic', 'first_increment = 0.003 automatic = .false.'), MOTION.format('explicit', 'history_rows = 6')):
             with self.subTest(text=text):
                 output = "&output restart = 'every' /\n"
                 self.solve(text + output, "whole", "-q")

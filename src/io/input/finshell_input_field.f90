@@ -170,8 +170,9 @@ contains
       axis = [0.0_wp, 0.0_wp, 1.0_wp]
       origin = 0
       if (allocated(error)) return
-      if (over == 'radius') call get_vector(group, 'axis', axis, error, default=axis, nonzero=.true.)
-      if (over == 'radius' .or. over == 'distance') call get_vector(group, 'origin', origin, error, default=origin)
+      if (over == 'radius') call get_vector(group, 'axis', axis, error, default=[0.0_wp, 0.0_wp, 1.0_wp], nonzero=.true.)
+      if (over == 'radius' .or. over == 'distance') call get_vector(group, 'origin', origin, error, &
+                                                                            default=[0.0_wp, 0.0_wp, 0.0_wp])
       if (allocated(error)) return
       if (mod(size(points), 2) /= 0 .or. size(points) < 4) then
          call complain_about(group, 'points', text_of(size(points))//' numbers were found; expected two points or more, each a ' &

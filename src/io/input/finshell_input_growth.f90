@@ -182,8 +182,8 @@ contains
             alike = all(abs(section%layers%cosine*section%layers(1)%sine - section%layers%sine*section%layers(1)%cosine) <= 0) &
                     .or. abs(stretch(1) - stretch(2)) <= 0
             if (size(one%layers) == 0 .and. alike) cycle
-            call complain_about(group, '', 'the layers of the membrane of element '//text_of(one%elements(e))//' would grow apart; ' &
-                                //'they can only grow alike, as a membrane does not bend', error)
+            call complain_about(group, '', 'the layers of the membrane of element '//text_of(one%elements(e)) &
+                                //' would grow apart; they can only grow alike, as a membrane does not bend', error)
             return
          end associate
       end do
