@@ -6,6 +6,7 @@ module finshell_structure
    use finshell_joint, only: joints_t
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t
+   use finshell_own, only: own_inertia
    use finshell_section, only: section_t, formulation_s
    use finshell_support, only: support_t
    use finshell_chamber, only: chamber_t
@@ -81,25 +82,18 @@ contains
       end if
    end function thickness_of
 
-   !> Integrals of density times 1, z, z^2 through the thickness of an element, z from the surface of the nodes: about the middle
-   !> of the section all lengths are those of the section in proportion.
+   !> Integrals of density times 1, z, z^2 through the thickness of an element, z from the surface of the nodes.
    pure function inertia_of(structure, element) result(inertia)
       type(structure_t), intent(in) :: structure
       integer, intent(in) :: element
       real(wp) :: inertia(3)
-      real(wp) :: offset, first, ratio, second
       associate (section => structure%sections(structure%element_section(element)))
          inertia = section%inertia
-         if (.not. (allocated(structure%thickness) .or. allocated(structure%offset))) return
-         offset = section%offset
-         first = inertia(2) - offset*inertia(1)
-         second = inertia(3) - 2*offset*inertia(2) + offset**2*inertia(1)
-         ratio = thickness_of(structure, element)/section%thickness
-         if (allocated(structure%offset)) offset = structure%offset(element)
-         inertia(1) = ratio*inertia(1)
-         first = ratio**2*first
-         inertia(2) = first + offset*inertia(1)
-         inertia(3) = ratio**3*second + 2*offset*first + offset**2*inertia(1)
+         if (allocated(structure%offset)) then
+            inertia = own_inertia(section, thickness_of(structure, element), structure%offset(element))
+         else if (allocated(structure%thickness)) then
+            inertia = own_inertia(section, structure%thickness(element))
+         end if
       end associate
    end function inertia_of
 
