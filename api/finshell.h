@@ -399,14 +399,13 @@ int32_t finshell_assembly_pressure(const finshell_assembly *assembly, const fins
 int32_t finshell_assembly_volume(const finshell_assembly *assembly, const finshell_elements *elements, const double *side,
                                  const double *origin, double *volume, double *gradient, int32_t *codes, finshell_status *status);
 
-/* Masses, as finshell_mass_matrix has them.
- *   X [nodes][3]
+/* Masses, as finshell_mass_matrix has them. Of the block, X and `threads` count.
  *   lumped [nodes][nodal]   factor times the diagonal of the lumped matrix is added
  *   values                  factor times the consistent matrix is added
  * Errors: -1, -2, -3, -6. Since 0.1. */
 int32_t finshell_assembly_mass(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
-                               const double *X, double factor, double *lumped, double *values, int32_t *codes,
-                               finshell_status *status);
+                               const finshell_elements *elements, double factor, double *lumped, double *values,
+                               int32_t *codes, finshell_status *status);
 
 /* Dead tractions: a third of the load of each (flat) element to each of its nodes.
  *   traction [elements][3]   force per reference area, global axes
@@ -414,10 +413,11 @@ int32_t finshell_assembly_mass(const finshell_assembly *assembly, int32_t sectio
 int32_t finshell_assembly_traction(const finshell_assembly *assembly, const double *X, const double *traction, double factor,
                                    double *force, int32_t *codes, finshell_status *status);
 
-/* Weight: the areal mass of the sections times acceleration [3]. Errors: -1, -2, -3, -6. Since 0.1. */
+/* Weight: the areal mass of the sections times acceleration [3]. Of the block, X and `threads` count.
+ * Errors: -1, -2, -3, -6. Since 0.1. */
 int32_t finshell_assembly_gravity(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
-                                  const double *X, const double *acceleration, double factor, double *force, int32_t *codes,
-                                  finshell_status *status);
+                                  const finshell_elements *elements, const double *acceleration, double factor, double *force,
+                                  int32_t *codes, finshell_status *status);
 
 /* Dead line loads on n sides of elements: half to each end and, since drilling rotations bend the side, couples with a stiffness (not at
  * sides that elements->straight names, nor of membranes). Where two elements share a loaded edge, give each its share.

@@ -410,12 +410,13 @@ module finshell_c
          integer(c_int32_t) :: code
       end function finshell_assembly_volume
 
-      function finshell_assembly_mass(assembly, sections, section, x, factor, lumped, values, codes, status) result(code) bind(c)
-         import :: c_double, c_int32_t, c_ptr, finshell_status
+      function finshell_assembly_mass(assembly, sections, section, elements, factor, lumped, values, codes, status) &
+         result(code) bind(c)
+         import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
          type(c_ptr), value :: assembly
          integer(c_int32_t), value :: sections
          type(c_ptr), intent(in), optional :: section(*)
-         real(c_double), intent(in), optional :: x(*)
+         type(finshell_elements), intent(in) :: elements
          real(c_double), value :: factor
          real(c_double), intent(inout), optional :: lumped(*)
          real(c_double), intent(inout), optional :: values(*)
@@ -436,13 +437,13 @@ module finshell_c
          integer(c_int32_t) :: code
       end function finshell_assembly_traction
 
-      function finshell_assembly_gravity(assembly, sections, section, x, acceleration, factor, force, codes, status) &
+      function finshell_assembly_gravity(assembly, sections, section, elements, acceleration, factor, force, codes, status) &
          result(code) bind(c)
-         import :: c_double, c_int32_t, c_ptr, finshell_status
+         import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
          type(c_ptr), value :: assembly
          integer(c_int32_t), value :: sections
          type(c_ptr), intent(in), optional :: section(*)
-         real(c_double), intent(in), optional :: x(*)
+         type(finshell_elements), intent(in) :: elements
          real(c_double), intent(in), optional :: acceleration(*)
          real(c_double), value :: factor
          real(c_double), intent(inout), optional :: force(*)

@@ -6,7 +6,7 @@ module finshell_capi_assemble
    use finshell_capi_assembly, only: receive_assembly
    use finshell_capi_common, only: c_status_t, refuse
    use finshell_capi_element, only: evaluate_given
-   use finshell_capi_elements, only: c_elements_t, read_block, receive, receive_section, whole_block
+   use finshell_capi_elements, only: c_elements_t, read_block, receive, receive_section
    use finshell_capi_mesh, only: layout_t
    use finshell_capi_sweep, only: check_nodes, desk_t, job_t, sweep
    use finshell_freedoms, only: n_membrane, n_shell, shell_displacements
@@ -16,7 +16,7 @@ module finshell_capi_assemble
    use finshell_surface_pressure, only: pressure_elements
    implicit none
    private
-   public :: aim, receive_sections
+   public :: aim, by_reference, receive_sections
 
    type, extends(job_t) :: evaluation_t
       type(c_ptr), pointer :: sections(:) => null()
@@ -264,9 +264,9 @@ contains
       end subroutine press_membranes
    end subroutine compute_pressure
 
-   function mass(assembly, sections, section, x, factor, lumped, values, codes, status) result(code) &
+   function mass(assembly, sections, section, elements, factor, lumped, values, codes, status) result(code) &
       bind(c, name='finshell_assembly_mass')
-      type(c_ptr), value :: assembly, x, lumped, values
+      type(c_ptr), value :: assembly, elements, lumped, values
       integer(c_int32_t), value :: sections
       type(c_ptr), intent(in), optional, target :: section(*)
       real(c_double), value :: factor
@@ -279,13 +279,24 @@ contains
       type(mass_t) :: job
       code = receive_assembly(place, assembly, layout, status)
       if (code == status_ok) code = receive_sections(place, layout, sections, section, job%sections, status)
+      if (code == status_ok) code = read_block(place, elements, block, status)
+      if (code == status_ok) code = check_nodes(place, layout, block, .false., status)
       if (code /= status_ok) return
-      block = c_elements_t(whole_block(), layout%elements, rotation_vector, 1, 0, x)
-      code = check_nodes(place, layout, block, .false., status)
-      if (code /= status_ok) return
-      call aim(job, layout, block, factor, lumped, values)
+      call aim(job, layout, by_reference(block), factor, lumped, values)
       code = sweep(place, job, codes, status=status)
    end function mass
+
+   !> A block in which the motion does not count.
+   pure function by_reference(block) result(seen)
+      type(c_elements_t), intent(in) :: block
+      type(c_elements_t) :: seen
+      seen = block
+      seen%convention = rotation_vector
+      seen%u = c_null_ptr
+      seen%rotations = c_null_ptr
+      seen%state = c_null_ptr
+      seen%toward = c_null_ptr
+   end function by_reference
 
    subroutine compute_masses(self, desk)
       class(mass_t), intent(in) :: self

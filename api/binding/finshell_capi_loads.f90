@@ -2,7 +2,7 @@
 module finshell_capi_loads
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_ptr
    use finshell_batch, only: rotation_increment, rotation_quaternion, rotation_vector
-   use finshell_capi_assemble, only: aim, receive_sections
+   use finshell_capi_assemble, only: aim, by_reference, receive_sections
    use finshell_capi_assembly, only: receive_assembly
    use finshell_capi_common, only: c_status_t, judge, refuse, refuse_memory
    use finshell_capi_elements, only: c_elements_t, read_block, receive_section, whole_block
@@ -38,6 +38,7 @@ contains
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_assembly_traction'
       type(layout_t), pointer :: layout
+      type(c_elements_t) :: block
       type(area_load_t) :: job
       code = receive_assembly(place, assembly, layout, status)
       if (code /= status_ok) return
@@ -46,12 +47,13 @@ contains
          return
       end if
       if (c_associated(per_area)) call c_f_pointer(per_area, job%traction, [uz, layout%elements])
-      code = push(place, job, layout, x, factor, force, codes, status)
+      block = c_elements_t(whole_block(), int(layout%elements, c_int32_t), rotation_vector, 1, 0, x)
+      code = push(place, job, layout, block, factor, force, codes, status)
    end function traction
 
-   function gravity(assembly, sections, section, x, acceleration, factor, force, codes, status) result(code) &
+   function gravity(assembly, sections, section, elements, acceleration, factor, force, codes, status) result(code) &
       bind(c, name='finshell_assembly_gravity')
-      type(c_ptr), value :: assembly, x, force
+      type(c_ptr), value :: assembly, elements, force
       integer(c_int32_t), value :: sections
       type(c_ptr), intent(in), optional, target :: section(*)
       real(c_double), intent(in), optional :: acceleration(3)
@@ -61,29 +63,30 @@ contains
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_assembly_gravity'
       type(layout_t), pointer :: layout
+      type(c_elements_t) :: block
       type(area_load_t) :: job
       code = receive_assembly(place, assembly, layout, status)
       if (code == status_ok) code = receive_sections(place, layout, sections, section, job%sections, status)
+      if (code == status_ok) code = read_block(place, elements, block, status)
       if (code /= status_ok) return
       if (.not. present(acceleration)) then
          code = refuse(status, place, 'acceleration is NULL')
          return
       end if
       job%acceleration = acceleration
-      code = push(place, job, layout, x, factor, force, codes, status)
+      code = push(place, job, layout, by_reference(block), factor, force, codes, status)
    end function gravity
 
-   function push(place, job, layout, x, factor, force, codes, status) result(code)
+   function push(place, job, layout, block, factor, force, codes, status) result(code)
       character(len=*), intent(in) :: place
       class(area_load_t), intent(inout) :: job
       type(layout_t), pointer, intent(in) :: layout
-      type(c_ptr), intent(in) :: x, force
+      type(c_elements_t), intent(in) :: block
+      type(c_ptr), intent(in) :: force
       real(c_double), intent(in) :: factor
       integer(c_int32_t), intent(out), optional :: codes(*)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      type(c_elements_t) :: block
-      block = c_elements_t(whole_block(), int(layout%elements, c_int32_t), rotation_vector, 1, 0, x)
       code = check_nodes(place, layout, block, .false., status)
       if (code == status_ok .and. .not. c_associated(force)) code = refuse(status, place, 'force is NULL')
       if (code /= status_ok) return

@@ -146,7 +146,7 @@ static void sums(int convention, int triangle, int how)
 
    memset(force, 0, sizeof force), memset(sum, 0, sizeof sum), memset(values, 0, sizeof(double) * entries);
    memset(dense, 0, sizeof(double) * square);
-   CHECK(finshell_assembly_mass(a, KINDS, list, g.X, 0.25, force, values, NULL, &status) == 0);
+   CHECK(finshell_assembly_mass(a, KINDS, list, &b, 0.25, force, values, NULL, &status) == 0);
    for (int e = 0; e < elements; e++) {
       one o;
       double f[18], k[18 * 18];
@@ -231,7 +231,7 @@ static void resultants(void)
    kinds(s);
    CHECK(finshell_assembly_create(&mesh, KINDS, list, &a, &status) == 0);
    CHECK(finshell_assembly_traction(a, g.X, g.traction, 2, pull, NULL, &status) == 0);
-   CHECK(finshell_assembly_gravity(a, KINDS, list, g.X, gravity, 3, weight, NULL, &status) == 0);
+   CHECK(finshell_assembly_gravity(a, KINDS, list, &b, gravity, 3, weight, NULL, &status) == 0);
    CHECK(finshell_assembly_line_load(a, &b, 1, element, side, load, 1, line, NULL, NULL, &status) == 0);
    for (int e = 0; e < elements; e++) {
       const double *x = g.X + 3 * g.triangles[3 * e], *y = g.X + 3 * g.triangles[3 * e + 1], *z = g.X + 3 * g.triangles[3 * e + 2];
@@ -282,7 +282,7 @@ static void membranes(void)
       values[k] = calloc(entries[k], sizeof(double));
       CHECK(finshell_assembly_evaluate(a, 1, list, &b, &energy[k], force[k], values[k], NULL, &status) == 0);
       CHECK(finshell_assembly_pressure(a, &b, g.pressure, 1, origin, -1, force[k], values[k], NULL, &status) == 0);
-      CHECK(finshell_assembly_mass(a, 1, list, g.X, 1, force[k], values[k], NULL, &status) == 0);
+      CHECK(finshell_assembly_mass(a, 1, list, &b, 1, force[k], values[k], NULL, &status) == 0);
       CHECK(finshell_assembly_volume(a, &b, NULL, origin, &volume[k], NULL, NULL, &status) == 0);
       finshell_assembly_destroy(a);
    }

@@ -179,8 +179,8 @@ class Assembly:
         """factor times the consistent mass matrix, or with `lumped` the diagonal (nodes, nodal) of the lumped one. With into it is added
         to its matrix, or its force."""
         r = self._results(into, lumped, not lumped)
-        x = array("X", X, (self.nodes, 3))
-        self._call("finshell_assembly_mass", r, True, len(self.sections), self._list(), pointer(x), factor,
+        block, kept = self._block(X, None, None, Rotation.VECTOR, 1)
+        self._call("finshell_assembly_mass", r, True, len(self.sections), self._list(), ctypes.byref(block), factor,
                    pointer(r.force if lumped else None), pointer(None if lumped else r.matrix.data))
         return r.force if lumped else r.matrix
 
@@ -196,8 +196,9 @@ class Assembly:
     def gravity(self, X: Any, acceleration: Any, *, factor: float = 1.0, into: Optional[Assembled] = None) -> Doubles:
         """Weight (nodes, nodal): the densities of the sections times an acceleration (3,)."""
         r = self._results(into, True, False)
-        x, g = array("X", X, (self.nodes, 3)), array("acceleration", acceleration, (3,))
-        self._call("finshell_assembly_gravity", r, True, len(self.sections), self._list(), pointer(x), pointer(g), factor,
+        block, kept = self._block(X, None, None, Rotation.VECTOR, 1)
+        g = array("acceleration", acceleration, (3,))
+        self._call("finshell_assembly_gravity", r, True, len(self.sections), self._list(), ctypes.byref(block), pointer(g), factor,
                    pointer(r.force))
         assert r.force is not None
         return r.force
