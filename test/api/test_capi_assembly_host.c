@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include <fenv.h>
 #include <pthread.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include "check_assembly.h"
 
@@ -142,6 +143,29 @@ static void children(void)
    int outcome = -1;
    CHECK(child > 0 && waitpid(child, &outcome, 0) == child && outcome == 0);
    drop(before);
+   finshell_assembly_destroy(a);
+   free_kinds(s);
+   free_grid(g);
+}
+
+/* Without memory an assembly is refused, and nothing ends the program. */
+static void memory(void)
+{
+   grid g = new_grid(m, 7);
+   finshell_section *s[KINDS];
+   finshell_assembly *a = assembly_of(g, FINSHELL_WHOLE, s);
+   finshell_mesh mesh = mesh_of(g, FINSHELL_WHOLE);
+   pid_t child = fork();
+   if (child == 0) {
+      const struct rlimit none = {1 << 20, RLIM_INFINITY};
+      finshell_assembly *other;
+      setrlimit(RLIMIT_AS, &none);
+      mesh.elements = 1 << 20; /* memory is asked for before they are looked at */
+      int32_t code = finshell_assembly_create(&mesh, KINDS, (const finshell_section *const *)s, &other, &status);
+      _exit(code == FINSHELL_OUT_OF_MEMORY && other == NULL ? 0 : 1);
+   }
+   int outcome = -1;
+   CHECK(child > 0 && waitpid(child, &outcome, 0) == child && outcome == 0);
    finshell_assembly_destroy(a);
    free_kinds(s);
    free_grid(g);
@@ -349,6 +373,7 @@ int main(int argc, char **argv)
 #ifndef FINSHELL_TRAPS
    if (m > 20) environment(); /* valgrind knows no traps */
 #endif
+   if (m > 20) memory();
    children();
    return finish();
 }
