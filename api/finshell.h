@@ -621,7 +621,7 @@ FINSHELL_API int32_t finshell_assembly_pressure(const finshell_assembly *assembl
 FINSHELL_API int32_t finshell_assembly_volume(const finshell_assembly *assembly, const finshell_elements *elements, const double *side,
                                  const double *origin, double *volume, double *gradient, int32_t *codes, finshell_status *status);
 
-/* Masses, as finshell_elements_mass has them; of the block only X, thickness and offset count.
+/* Masses, as finshell_elements_mass has them; of the block X, thickness, offset and `threads` count.
  *   lumped [nodes][nodal]   factor times the diagonal of the lumped matrix is added
  *   values                  factor times the consistent matrix is added
  * Errors: -1, -2, -3, -6. Since 0.1. */
@@ -635,8 +635,8 @@ FINSHELL_API int32_t finshell_assembly_mass(const finshell_assembly *assembly, i
 FINSHELL_API int32_t finshell_assembly_traction(const finshell_assembly *assembly, const double *X, const double *traction, double factor,
                                    double *force, int32_t *codes, finshell_status *status);
 
-/* Weight: the areal mass of the sections, or of the thickness of the elements' own, times acceleration [3]; of the block only X and
- * thickness count. Errors: -1, -2, -3, -6. Since 0.1. */
+/* Weight: the areal mass of the sections, or of the thickness of the elements' own, times acceleration [3]; of the block X,
+ * thickness and `threads` count. Errors: -1, -2, -3, -6. Since 0.1. */
 FINSHELL_API int32_t finshell_assembly_gravity(const finshell_assembly *assembly, int32_t sections, const finshell_section *const *section,
                                   const finshell_elements *elements, const double *acceleration, double factor, double *force,
                                   int32_t *codes, finshell_status *status);

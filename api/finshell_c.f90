@@ -599,8 +599,8 @@ module finshell_c
          integer(c_int32_t) :: code
       end function finshell_assembly_volume
 
-      function finshell_assembly_mass(assembly, sections, section, elements, factor, lumped, values, codes, status) result(code) &
-         bind(c)
+      function finshell_assembly_mass(assembly, sections, section, elements, factor, lumped, values, codes, status) &
+         result(code) bind(c)
          import :: c_double, c_int32_t, c_ptr, finshell_elements, finshell_status
          type(c_ptr), value :: assembly
          integer(c_int32_t), value :: sections

@@ -1,7 +1,7 @@
 !> What assembly costs beside its elements: internal forces and tangent of a sheet, one thread, Mooney-Rivlin, quaternions.
 !>
-!> Elements alone (finshell_elements_evaluate, gathered before), then with finshell_assembly_evaluate, whole and upper triangle, and by
-!> triplets: what a host does by itself, with sorting as scipy and Eigen do it, by rows. Ways take turns, round after round; the
+!> Elements alone (finshell_elements_evaluate, gathered before), then with finshell_assembly_evaluate, whole and upper triangle, and
+!> by triplets: what a host does by itself, with sorting as scipy and Eigen do it, by rows. Ways take turns, round after round; the
 !> least of all rounds counts.
 !>
 !>     bench_assembly [CELLS] [membrane] [whole | upper | triplets] [check]

@@ -13,11 +13,11 @@ module finshell_capi_assemble
    use finshell_freedoms, only: n_membrane, n_shell, shell_displacements
    use finshell_mass, only: mass_elements, mass_membranes
    use finshell_section, only: section_t, states_of
-   use finshell_status, only: status_invalid_argument, status_ok
+   use finshell_status, only: status_invalid_argument, status_ok, status_out_of_memory
    use finshell_surface_pressure, only: pressure_elements
    implicit none
    private
-   public :: aim, receive_sections
+   public :: aim, by_reference, receive_sections
 
    type, extends(job_t) :: evaluation_t
       type(c_ptr), pointer :: sections(:) => null()
@@ -127,10 +127,16 @@ contains
       integer(c_int32_t) :: code
       real(c_double), allocatable, target :: growth(:, :), begin(:, :), end(:, :)
       type(section_t), pointer :: s
+      integer :: memory
+      memory = 0
       code = receive_section('', self%sections(desk%section), s)
       call by_layer(self%given%growth, n_growth*self%layers, n_growth*size(s%layers), growth, desk%block%growth)
       call by_layer(self%given%states_begin, self%states, states_of(s), begin, desk%block%states_begin)
       call by_layer(self%given%states_end, self%states, states_of(s), end, desk%block%states_end)
+      if (memory /= 0) then
+         call nothing(desk, status_out_of_memory)
+         return
+      end if
       if (self%wants_matrix) then
          code = evaluate_given('', self%sections(desk%section), desk%block, desk%energy, desk%force, desk%matrix, desk%codes)
       else
@@ -151,9 +157,10 @@ contains
          real(c_double), pointer, contiguous :: all(:, :)
          integer :: i
          to = c_null_ptr
-         if (wanted == 0 .or. .not. c_associated(from)) return
+         if (memory /= 0 .or. wanted == 0 .or. .not. c_associated(from)) return
          call c_f_pointer(from, all, [most, self%layout%elements])
-         allocate (values(wanted, desk%n))
+         allocate (values(wanted, desk%n), stat=memory)
+         if (memory /= 0) return
          do i = 1, desk%n
             values(:, i) = all(:wanted, self%layout%patches%element(desk%first + i))
          end do
@@ -327,13 +334,23 @@ contains
       code = receive_assembly(place, assembly, layout, status)
       if (code == status_ok) code = receive_sections(place, layout, sections, section, job%sections, status)
       if (code == status_ok) code = read_block(place, elements, block, status)
+      if (code == status_ok) code = check_nodes(place, layout, block, .false., status)
       if (code /= status_ok) return
-      block%convention = rotation_vector
-      code = check_nodes(place, layout, block, .false., status)
-      if (code /= status_ok) return
-      call aim(job, layout, block, factor, lumped, values)
+      call aim(job, layout, by_reference(block), factor, lumped, values)
       code = sweep(place, job, codes, status=status)
    end function mass
+
+   !> A block in which the motion does not count.
+   pure function by_reference(block) result(seen)
+      type(c_elements_t), intent(in) :: block
+      type(c_elements_t) :: seen
+      seen = block
+      seen%convention = rotation_vector
+      seen%u = c_null_ptr
+      seen%rotations = c_null_ptr
+      seen%state = c_null_ptr
+      seen%toward = c_null_ptr
+   end function by_reference
 
    subroutine compute_masses(self, desk)
       class(mass_t), intent(in) :: self

@@ -2,7 +2,7 @@
 module finshell_capi_loads
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_ptr
    use finshell_batch, only: rotation_increment, rotation_quaternion, rotation_vector
-   use finshell_capi_assemble, only: aim, receive_sections
+   use finshell_capi_assemble, only: aim, by_reference, receive_sections
    use finshell_capi_assembly, only: receive_assembly
    use finshell_capi_common, only: c_status_t, judge, refuse, refuse_memory
    use finshell_capi_elements, only: c_elements_t, read_block, receive_own, receive_section, whole_block
@@ -39,8 +39,8 @@ contains
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_assembly_traction'
       type(layout_t), pointer :: layout
-      type(area_load_t) :: job
       type(c_elements_t) :: block
+      type(area_load_t) :: job
       code = receive_assembly(place, assembly, layout, status)
       if (code /= status_ok) return
       if (layout%elements > 0 .and. .not. c_associated(per_area)) then
@@ -64,33 +64,30 @@ contains
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_assembly_gravity'
       type(layout_t), pointer :: layout
-      type(area_load_t) :: job
       type(c_elements_t) :: block
+      type(area_load_t) :: job
       code = receive_assembly(place, assembly, layout, status)
       if (code == status_ok) code = receive_sections(place, layout, sections, section, job%sections, status)
+      if (code == status_ok) code = read_block(place, elements, block, status)
       if (code /= status_ok) return
       if (.not. present(acceleration)) then
          code = refuse(status, place, 'acceleration is NULL')
          return
       end if
       job%acceleration = acceleration
-      code = read_block(place, elements, block, status)
-      if (code == status_ok) code = push(place, job, layout, block, factor, force, codes, status)
+      code = push(place, job, layout, by_reference(block), factor, force, codes, status)
    end function gravity
 
-   function push(place, job, layout, given, factor, force, codes, status) result(code)
+   function push(place, job, layout, block, factor, force, codes, status) result(code)
       character(len=*), intent(in) :: place
       class(area_load_t), intent(inout) :: job
       type(layout_t), pointer, intent(in) :: layout
-      type(c_elements_t), intent(in) :: given
+      type(c_elements_t), intent(in) :: block
       type(c_ptr), intent(in) :: force
       real(c_double), intent(in) :: factor
       integer(c_int32_t), intent(out), optional :: codes(*)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
-      type(c_elements_t) :: block
-      block = given
-      block%convention = rotation_vector
       code = check_nodes(place, layout, block, .false., status)
       if (code == status_ok .and. .not. c_associated(force)) code = refuse(status, place, 'force is NULL')
       if (code /= status_ok) return

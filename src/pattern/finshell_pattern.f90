@@ -9,7 +9,7 @@ module finshell_pattern
    use finshell_kinds, only: i4, i8
    implicit none
    private
-   public :: pattern_t, new_pattern, new_positions, entries_of
+   public :: pattern_t, new_pattern, new_positions, place_of
 
    !> Numbered from 1. The diagonal is always part of a pattern made here.
    type :: pattern_t
@@ -17,8 +17,6 @@ module finshell_pattern
       logical :: symmetric = .true. !< only the lower triangle is stored
       integer(i8), allocatable :: start(:) !< (n + 1): column j is at start(j) .. start(j + 1) - 1
       integer(i4), allocatable :: row(:) !< ascending within a column
-   contains
-      procedure :: find
    end type pattern_t
 
    !> Which elements meet at a node.
@@ -30,8 +28,8 @@ module finshell_pattern
 contains
 
    !> Place of an entry in the values, or 0.
-   pure integer(i8) function find(self, row, column)
-      class(pattern_t), intent(in) :: self
+   pure integer(i8) function place_of(self, row, column) result(find)
+      type(pattern_t), intent(in) :: self
       integer, intent(in) :: row, column
       integer(i8) :: low, high
       low = self%start(column)
@@ -43,7 +41,7 @@ contains
          if (self%row(find) > row) high = find - 1
       end do
       find = 0
-   end function find
+   end function place_of
 
    !> Build a pattern.
    !>

@@ -6,7 +6,7 @@
 module finshell_scatter
    use finshell_freedoms, only: n_corners, n_membrane, n_nodal, n_shell, shell_displacements, uz
    use finshell_kinds, only: wp, i4, i8
-   use finshell_pattern, only: entries_of, new_positions, pattern_t
+   use finshell_pattern, only: new_positions, pattern_t, place_of
    implicit none
    private
    public :: scatter_t, new_scatter, add_element_matrix
@@ -90,14 +90,14 @@ contains
                   hi = max(a, b)
                   lo = min(a, b)
                end associate
-               self%offset(j, e) = int(pattern%find(int(hi), int(lo)) - self%start(lo) - width, i4)
+               self%offset(j, e) = int(place_of(pattern, int(hi), int(lo)) - self%start(lo) - width, i4)
             end do
          else
             do j = 1, n_corners
                lo = self%equation(j, e)
                do k = 1, n_corners
                   self%offset(n_corners*(j - 1) + k, e) = &
-                     int(max(-1_i8, pattern%find(int(self%equation(k, e)), int(lo)) - self%start(lo)), i4)
+                     int(max(-1_i8, place_of(pattern, int(self%equation(k, e)), int(lo)) - self%start(lo)), i4)
                end do
             end do
          end if

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include <fenv.h>
 #include <pthread.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include "check_assembly.h"
 
@@ -142,6 +143,29 @@ static void children(void)
    int outcome = -1;
    CHECK(child > 0 && waitpid(child, &outcome, 0) == child && outcome == 0);
    drop(before);
+   finshell_assembly_destroy(a);
+   free_kinds(s);
+   free_grid(g);
+}
+
+/* Without memory an assembly is refused, and nothing ends the program. */
+static void memory(void)
+{
+   grid g = new_grid(m, 7);
+   finshell_section *s[KINDS];
+   finshell_assembly *a = assembly_of(g, FINSHELL_WHOLE, s);
+   finshell_mesh mesh = mesh_of(g, FINSHELL_WHOLE);
+   pid_t child = fork();
+   if (child == 0) {
+      const struct rlimit none = {1 << 20, RLIM_INFINITY};
+      finshell_assembly *other;
+      setrlimit(RLIMIT_AS, &none);
+      mesh.elements = 1 << 20; /* memory is asked for before they are looked at */
+      int32_t code = finshell_assembly_create(&mesh, KINDS, (const finshell_section *const *)s, &other, &status);
+      _exit(code == FINSHELL_OUT_OF_MEMORY && other == NULL ? 0 : 1);
+   }
+   int outcome = -1;
+   CHECK(child > 0 && waitpid(child, &outcome, 0) == child && outcome == 0);
    finshell_assembly_destroy(a);
    free_kinds(s);
    free_grid(g);
@@ -309,12 +333,12 @@ static void refusals(void)
    f = e, f.convention = 4, EVALUATE("convention is 4");
    f = e, f.convention = FINSHELL_ROTATION_INCREMENT, f.state = NULL, EVALUATE("state is NULL");
    f = e, f.size = 8, EVALUATE("elements->size is 8");
-   f = e, f.X = NULL;
-   REFUSED(finshell_assembly_mass(a, KINDS, list, &f, 1, force, NULL, NULL, &status), "X is NULL");
    REFUSED(finshell_assembly_pressure(a, &e, NULL, 0, NULL, 1, force, NULL, NULL, &status), "pressure is NULL");
    REFUSED(finshell_assembly_pressure(a, &e, g.pressure, 2, NULL, 1, force, NULL, NULL, &status), "form is 2");
    REFUSED(finshell_assembly_volume(a, NULL, NULL, NULL, NULL, force, NULL, &status), "elements is NULL");
    REFUSED(finshell_assembly_mass(a, KINDS, list, NULL, 1, force, NULL, NULL, &status), "elements is NULL");
+   f = e, f.X = NULL;
+   REFUSED(finshell_assembly_mass(a, KINDS, list, &f, 1, force, NULL, NULL, &status), "X is NULL");
    REFUSED(finshell_assembly_traction(a, g.X, NULL, 1, force, NULL, &status), "traction is NULL");
    REFUSED(finshell_assembly_traction(a, g.X, g.traction, 1, NULL, NULL, &status), "force is NULL");
    REFUSED(finshell_assembly_gravity(a, KINDS, list, &e, NULL, 1, force, NULL, &status), "acceleration is NULL");
@@ -347,8 +371,9 @@ int main(int argc, char **argv)
    refusals();
    failures_of_elements();
 #ifndef FINSHELL_TRAPS
-   environment();
+   if (m > 20) environment(); /* valgrind knows no traps */
 #endif
+   if (m > 20) memory();
    children();
    return finish();
 }
