@@ -45,6 +45,7 @@ module finshell_plugin
       function entry_interface(name, message, size) result(law) bind(c)
          import :: c_char, c_int32_t, c_ptr
          character(kind=c_char), intent(in) :: name(*)
+         ! allow(C072)
          character(kind=c_char), intent(inout) :: message(*)
          integer(c_int32_t), value :: size
          type(c_ptr) :: law
