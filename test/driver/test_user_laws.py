@@ -22,7 +22,7 @@ STRIP = """&mesh generator = 'rectangle' lengths = 2.0, 1.0 divisions = 4, 2 /
 &section material = 'rubber' thickness = 0.1 /
 &support node_set = 'edge_x0' type = 'clamped' /
 &load type = 'line' edge_set = 'edge_x1' vector = 5.0, 0.0, 0.2 /
-&step load_factor = 1.0 initial_increment = 0.25 maximum_increment = 0.25 /
+&step load_factor = 1.0 first_increment = 0.25 largest_increment = 0.25 /
 &monitor name = 'tip' quantity = 'displacement' component = 'x' node_set = 'edge_x1' /
 """
 OTHER = """
@@ -106,6 +106,60 @@ class Library(unittest.TestCase):
                 said = self.call("run", "bad.nml", code=2)
                 self.assertIn(words, said)
                 self.assertIn("bad.nml:2: ", said)
+
+
+@unittest.skipUnless(COMPILER and importlib.util.find_spec("numpy"), "no compiler of C, or no numpy")
+class MFront(unittest.TestCase):
+    """The adapter to MGIS, with a stand-in for it (test/mgis)."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.adapter = os.path.join(folder.name, "libfinshell_mgis.so")
+        common = [COMPILER, "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared", f"-I{SOURCE / 'api'}", f"-I{SOURCE / 'test/mgis'}"]
+        subprocess.run([*common, str(SOURCE / "test/mgis/mgis.c"), str(SOURCE / "api/mfront/finshell_mgis.c"), "-o", cls.adapter, "-lm"], check=True)
+        sys.path.insert(0, str(SOURCE / "api/python"))
+
+    def law(self, behaviour):
+        return f"plugin:{self.adapter}#stand-in:{behaviour}"
+
+    def test_neo_hookean_is_that_of_the_library(self):
+        import finshell
+        import numpy as np
+        values = {"mu": 100.0, "lambda": 150.0}
+        self.assertEqual([f.name for f in finshell.check_law(self.law("NeoHookean"), values) if not f.passed], [])
+        X = np.array([[[0, 0, 0], [1, 0, 0], [0.2, 1, 0.1]]], dtype=float)
+        u = 0.2 * np.sin(7 * X + 1)
+        t = 0.1 * np.cos(5 * X)
+        mine, theirs = (finshell.Section(law, values, thickness=0.1).evaluate(X, u, t) for law in (self.law("NeoHookean"), "compressible_neo_hookean"))
+        self.assertAlmostEqual(mine.energy[0] / theirs.energy[0], 1, delta=1e-12)
+        self.assertLess(abs(mine.force - theirs.force).max() / abs(theirs.force).max(), 1e-11)
+        self.assertLess(abs(mine.tangent - theirs.tangent).max() / abs(theirs.tangent).max(), 1e-8)
+
+    def test_internal_variables_are_states(self):
+        import finshell
+        import numpy as np
+        section = finshell.Section(self.law("Maxwell"), {"mu": 100.0, "lambda": 150.0, "part": 0.6, "tau": 2.0}, thickness=0.1)
+        self.assertEqual(section.states, 3 * 3 * 22)
+        X = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]], dtype=float)
+        u = np.zeros_like(X)
+        u[:, :, 0] = 0.1 * X[:, :, 0] + 0.05 * X[:, :, 1]
+        u[:, :, 1] = 0.05 * X[:, :, 0]  # symmetric: the stiffness against drilling does not relax
+        states, first, now = np.zeros((1, section.states)), None, 0.0
+        for step in (0.0, 0.5, 2.0, 0.1):
+            now += step
+            r = section.evaluate(X, u, np.zeros_like(X), states=states, time=now, time_step=step)
+            first = r.force if first is None else first
+            self.assertLess(abs(r.force - (0.4 + 0.6 * math.exp(-now / 2)) * first).max() / abs(first).max(), 1e-9)
+            states = r.states
+
+    def test_refusals(self):
+        import finshell
+        for name, words in (("x", "'x' names no behaviour, expected LIBRARY:BEHAVIOUR"),
+                            ("stand-in:Other", "behaviour 'stand-in:Other': the library has no such behaviour")):
+            with self.assertRaisesRegex(finshell.Error, words):
+                finshell.check_law(f"plugin:{self.adapter}#{name}")
 
 
 @unittest.skipUnless(importlib.util.find_spec("numpy"), "no numpy")
