@@ -83,6 +83,16 @@ class Library(unittest.TestCase):
         self.assertIn("It remembers 6 numbers at each point", self.call("check-law", "liblaws.so#prony", "e=10", "g=0.5", "tau=1"))
         self.assertIn("Law yeoh with", self.call("check-law", "yeoh"))
 
+    def test_the_library_of_the_environment(self):
+        # what hosts without room for a path do: CalculiX writes names in capitals
+        run = {"cwd": self.path, "capture_output": True, "text": True, "check": False, "timeout": 60}
+        said = subprocess.run([PROGRAM, "check-law", "PLUGIN#LEE_SACKS"], env={**ENVIRONMENT, "FINSHELL_LAWS": "./liblaws.so"}, **run)
+        self.assertEqual(said.returncode, 0, said.stderr)
+        self.assertIn("Law lee_sacks with", said.stdout)
+        said = subprocess.run([PROGRAM, "check-law", "plugin"], env={k: v for k, v in ENVIRONMENT.items() if k != "FINSHELL_LAWS"}, **run)
+        self.assertEqual(said.returncode, 2)
+        self.assertIn("the law 'plugin' is one of the library that the environment variable FINSHELL_LAWS names, and that is not set", said.stderr)
+
     def test_refusals(self):
         for arguments, words in ((("check-law",), "the command check-law needs the name of a law: of the program, or LIBRARY#LAW"),
                                  (("check-law", "yeoh", "c1"), "a parameter is expected as NAME=VALUE, found 'c1'"),
