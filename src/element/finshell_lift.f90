@@ -171,27 +171,63 @@ contains
       end do
    end subroutine intermediate_force
 
-   !> k = L' hessian L, upper triangle.
+   !> k = L' hessian L, upper triangle. What is zero in `lf` is left out: see `first_variation`.
    pure subroutine material_part(hessian, a, lf, k)
       real(wp), intent(in) :: hessian(lanes, n_core, n_core), a(lanes, 3, 3, 3), lf(lanes, n_core, 6)
       real(wp), intent(inout) :: k(lanes, n_lift, n_lift)
+      real(wp) :: s(lanes, n_core, 6) !< hessian lf
       real(wp) :: t(lanes, n_core)
       integer :: c, d, i, j, v
+      do v = 1, n_core
+         s(:, v, 1) = hessian(:, v, 1)*lf(:, 1, 1) + hessian(:, v, 3)*lf(:, 3, 1) + hessian(:, v, 7)*lf(:, 7, 1) &
+            + hessian(:, v, 9)*lf(:, 9, 1) + hessian(:, v, 11)*lf(:, 11, 1)
+         s(:, v, 2) = hessian(:, v, 1)*lf(:, 1, 2) + hessian(:, v, 3)*lf(:, 3, 2) + hessian(:, v, 4)*lf(:, 4, 2) &
+            + hessian(:, v, 5)*lf(:, 5, 2) + hessian(:, v, 6)*lf(:, 6, 2) + hessian(:, v, 7)*lf(:, 7, 2) &
+            + hessian(:, v, 8)*lf(:, 8, 2) + hessian(:, v, 9)*lf(:, 9, 2) + hessian(:, v, 10)*lf(:, 10, 2) &
+            + hessian(:, v, 11)*lf(:, 11, 2) + hessian(:, v, 12)*lf(:, 12, 2)
+         s(:, v, 3) = hessian(:, v, 4)*lf(:, 4, 3) + hessian(:, v, 5)*lf(:, 5, 3) + hessian(:, v, 6)*lf(:, 6, 3) &
+            + hessian(:, v, 7)*lf(:, 7, 3) + hessian(:, v, 8)*lf(:, 8, 3) + hessian(:, v, 9)*lf(:, 9, 3) &
+            + hessian(:, v, 10)*lf(:, 10, 3) + hessian(:, v, 11)*lf(:, 11, 3) + hessian(:, v, 12)*lf(:, 12, 3)
+         s(:, v, 4) = hessian(:, v, 2)*lf(:, 2, 4) + hessian(:, v, 3)*lf(:, 3, 4) + hessian(:, v, 4)*lf(:, 4, 4) &
+            + hessian(:, v, 5)*lf(:, 5, 4) + hessian(:, v, 6)*lf(:, 6, 4) + hessian(:, v, 7)*lf(:, 7, 4) &
+            + hessian(:, v, 8)*lf(:, 8, 4) + hessian(:, v, 9)*lf(:, 9, 4) + hessian(:, v, 10)*lf(:, 10, 4) &
+            + hessian(:, v, 11)*lf(:, 11, 4) + hessian(:, v, 12)*lf(:, 12, 4)
+         s(:, v, 5) = hessian(:, v, 2)*lf(:, 2, 5) + hessian(:, v, 3)*lf(:, 3, 5) + hessian(:, v, 8)*lf(:, 8, 5) &
+            + hessian(:, v, 10)*lf(:, 10, 5) + hessian(:, v, 12)*lf(:, 12, 5)
+         s(:, v, 6) = hessian(:, v, 4)*lf(:, 4, 6) + hessian(:, v, 5)*lf(:, 5, 6) + hessian(:, v, 6)*lf(:, 6, 6) &
+            + hessian(:, v, 7)*lf(:, 7, 6) + hessian(:, v, 8)*lf(:, 8, 6) + hessian(:, v, 9)*lf(:, 9, 6) &
+            + hessian(:, v, 10)*lf(:, 10, 6) + hessian(:, v, 11)*lf(:, 11, 6) + hessian(:, v, 12)*lf(:, 12, 6)
+      end do
       do c = 1, 6
-         do v = 1, n_core
-            t(:, v) = hessian(:, v, 1)*lf(:, 1, c) + hessian(:, v, 2)*lf(:, 2, c) + hessian(:, v, 3)*lf(:, 3, c) &
-               + hessian(:, v, 4)*lf(:, 4, c) + hessian(:, v, 5)*lf(:, 5, c) + hessian(:, v, 6)*lf(:, 6, c) &
-               + hessian(:, v, 7)*lf(:, 7, c) + hessian(:, v, 8)*lf(:, 8, c) + hessian(:, v, 9)*lf(:, 9, c) &
-               + hessian(:, v, 10)*lf(:, 10, c) + hessian(:, v, 11)*lf(:, 11, c) + hessian(:, v, 12)*lf(:, 12, c)
-         end do
-         do d = 1, c
-            k(:, d, c) = t(:, 1)*lf(:, 1, d) + t(:, 2)*lf(:, 2, d) + t(:, 3)*lf(:, 3, d) + t(:, 4)*lf(:, 4, d) &
-               + t(:, 5)*lf(:, 5, d) + t(:, 6)*lf(:, 6, d) + t(:, 7)*lf(:, 7, d) + t(:, 8)*lf(:, 8, d) &
-               + t(:, 9)*lf(:, 9, d) + t(:, 10)*lf(:, 10, d) + t(:, 11)*lf(:, 11, d) + t(:, 12)*lf(:, 12, d)
-         end do
+         k(:, 1, c) = s(:, 1, c)*lf(:, 1, 1) + s(:, 3, c)*lf(:, 3, 1) + s(:, 7, c)*lf(:, 7, 1) + s(:, 9, c)*lf(:, 9, 1) &
+            + s(:, 11, c)*lf(:, 11, 1)
+      end do
+      do c = 2, 6
+         k(:, 2, c) = s(:, 1, c)*lf(:, 1, 2) + s(:, 3, c)*lf(:, 3, 2) + s(:, 4, c)*lf(:, 4, 2) + s(:, 5, c)*lf(:, 5, 2) &
+            + s(:, 6, c)*lf(:, 6, 2) + s(:, 7, c)*lf(:, 7, 2) + s(:, 8, c)*lf(:, 8, 2) + s(:, 9, c)*lf(:, 9, 2) &
+            + s(:, 10, c)*lf(:, 10, 2) + s(:, 11, c)*lf(:, 11, 2) + s(:, 12, c)*lf(:, 12, 2)
+      end do
+      do c = 3, 6
+         k(:, 3, c) = s(:, 4, c)*lf(:, 4, 3) + s(:, 5, c)*lf(:, 5, 3) + s(:, 6, c)*lf(:, 6, 3) + s(:, 7, c)*lf(:, 7, 3) &
+            + s(:, 8, c)*lf(:, 8, 3) + s(:, 9, c)*lf(:, 9, 3) + s(:, 10, c)*lf(:, 10, 3) + s(:, 11, c)*lf(:, 11, 3) &
+            + s(:, 12, c)*lf(:, 12, 3)
+      end do
+      do c = 4, 6
+         k(:, 4, c) = s(:, 2, c)*lf(:, 2, 4) + s(:, 3, c)*lf(:, 3, 4) + s(:, 4, c)*lf(:, 4, 4) + s(:, 5, c)*lf(:, 5, 4) &
+            + s(:, 6, c)*lf(:, 6, 4) + s(:, 7, c)*lf(:, 7, 4) + s(:, 8, c)*lf(:, 8, 4) + s(:, 9, c)*lf(:, 9, 4) &
+            + s(:, 10, c)*lf(:, 10, 4) + s(:, 11, c)*lf(:, 11, 4) + s(:, 12, c)*lf(:, 12, 4)
+      end do
+      do c = 5, 6
+         k(:, 5, c) = s(:, 2, c)*lf(:, 2, 5) + s(:, 3, c)*lf(:, 3, 5) + s(:, 8, c)*lf(:, 8, 5) + s(:, 10, c)*lf(:, 10, 5) &
+            + s(:, 12, c)*lf(:, 12, 5)
+      end do
+      k(:, 6, 6) = s(:, 4, 6)*lf(:, 4, 6) + s(:, 5, 6)*lf(:, 5, 6) + s(:, 6, 6)*lf(:, 6, 6) + s(:, 7, 6)*lf(:, 7, 6) &
+         + s(:, 8, 6)*lf(:, 8, 6) + s(:, 9, 6)*lf(:, 9, 6) + s(:, 10, 6)*lf(:, 10, 6) + s(:, 11, 6)*lf(:, 11, 6) &
+         + s(:, 12, 6)*lf(:, 12, 6)
+      do c = 1, 6
          do i = 1, 3
             do d = 1, 3
-               k(:, c, 3 + 3*i + d) = a(:, 1, d, i)*t(:, 3 + i) + a(:, 2, d, i)*t(:, 5 + 2*i) + a(:, 3, d, i)*t(:, 6 + 2*i)
+               k(:, c, 3 + 3*i + d) = a(:, 1, d, i)*s(:, 3 + i, c) + a(:, 2, d, i)*s(:, 5 + 2*i, c) + a(:, 3, d, i)*s(:, 6 + 2*i, c)
             end do
          end do
       end do

@@ -2,10 +2,12 @@
  * that are finite; what stands behind an array is left alone. */
 #define _POSIX_C_SOURCE 200809L
 #include "check.h"
+#include <fenv.h>
 
 enum { MOST = 9, GUARD = 4 };
 static const double guard = -7.25;
 static uint64_t seed = 2026;
+static int watched; /* flags work */
 
 static uint32_t draw(uint32_t n) /* 0 .. n - 1 */
 {
@@ -33,11 +35,23 @@ static double *filled(int n)
    return a;
 }
 
+/* Whether overflow raises its flag, by which the library notices it: valgrind raises none. */
+static int flags_work(void)
+{
+   volatile double large = 1e300;
+   feclearexcept(FE_ALL_EXCEPT);
+   large *= large;
+   int works = fetestexcept(FE_OVERFLOW) != 0;
+   feclearexcept(FE_ALL_EXCEPT);
+   return works;
+}
+
 /* Outputs: the guard is whole, and what belongs to elements with code 0 is finite. */
 static void sound(const double *a, int n, int each, const int32_t *codes, int32_t code)
 {
    if (!a) return;
    for (int i = 0; i < GUARD; i++) CHECK(a[n * each + i] == guard);
+   if (!watched) return;
    for (int e = 0; e < n; e++) {
       if (code < 0 || codes[e]) continue;
       for (int i = 0; i < each; i++) CHECK(isfinite(a[e * each + i]));
@@ -184,6 +198,7 @@ int main(int arguments, char **argument)
 {
    int calls = arguments > 1 ? atoi(argument[1]) : 3000;
    silence();
+   watched = flags_work();
    for (int i = 0; i < calls; i++) one_call();
    return finish();
 }
