@@ -297,6 +297,7 @@ module finshell_c
          integer(c_int32_t), value :: parameters
          type(c_ptr), intent(in), optional :: names(*)
          real(c_double), intent(in), optional :: values(*)
+         ! allow(C072)
          type(finshell_law_finding), intent(out), optional :: finding(*)
          type(finshell_status), intent(out), optional :: status
          integer(c_int32_t) :: code

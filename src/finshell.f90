@@ -25,6 +25,7 @@ module finshell
    use finshell_freedoms, only: n_membrane, n_shell
    use finshell_kinds, only: i4, wp
    use finshell_laminate, only: stiffness_at_rest
+   use finshell_law_states, only: law_states_t
    use finshell_mass, only: mass_elements, mass_membranes
    use finshell_material, only: material_t
    use finshell_membrane_batch, only: evaluate_membranes, recover_membranes, state_slack, state_taut, state_wrinkled
@@ -33,7 +34,7 @@ module finshell
       quaternion_to_matrix, quaternion_to_rotation_vector, rotation_vector_to_quaternion, update_quaternion
    use finshell_registry, only: material_names, material_parameters, new_material
    use finshell_rotation, only: complement_rotation, exp_rotation, inverse_tangent_operator, log_rotation, tangent_operator
-   use finshell_section, only: formulation_p, formulation_s, new_layered_section, new_section, ply_t, section_t
+   use finshell_section, only: formulation_p, formulation_s, new_layered_section, new_section, ply_t, section_t, states_of
    use finshell_status, only: status_ok, status_text
    use finshell_surface_pressure, only: pressure_elements
    use finshell_version, only: version

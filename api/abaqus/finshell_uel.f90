@@ -15,10 +15,10 @@ module finshell_uel
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_int32_t, c_int64_t, c_loc, c_null_char, &
       c_null_ptr, c_ptr
-   use finshell_c, only: finshell_section_create, status_t => finshell_status
+   use finshell_c, only: finshell_material_parameter, finshell_parameter, finshell_section_create, status_t => finshell_status
    implicit none
    private
-   public :: section_for, last_message, keep_message, law_count
+   public :: section_for, last_message, keep_message, law_count, law_plugin
    public :: not_a_number, convention_of, complete_normals
    public :: first_parameter, rotations_added, rotations_compounded, rotations_incremental
 
@@ -29,6 +29,7 @@ module finshell_uel
    integer, parameter :: rotations_incremental = 3 !< adds: DU is the rotation since the start of the increment, R in SVARS
 
    integer, parameter :: law_count = 12
+   integer, parameter :: law_plugin = 99 !< that of the library which the environment variable FINSHELL_LAWS names
    integer, parameter :: largest = 12 !< number of parameters of any law
    integer, parameter :: key_length = 8 + largest
 
@@ -104,9 +105,11 @@ contains
       real(c_double), intent(in) :: key(key_length)
       type(c_ptr), intent(out) :: section
       type(status_t), intent(out) :: status
-      character(kind=c_char, len=17), target :: options(5), names(largest)
+      character(kind=c_char, len=17), target :: options(5)
+      character(kind=c_char, len=32), target :: names(largest)
       character(len=24) :: law
       character(len=11) :: parameters(largest)
+      type(finshell_parameter) :: information
       type(c_ptr) :: option_names(5), parameter_names(largest)
       real(c_double) :: values(5)
       integer(c_int32_t) :: code
@@ -116,6 +119,12 @@ contains
       m = nint(key(8))
       do i = 1, m
          names(i) = trim(parameters(i))//c_null_char
+         if (nint(key(1)) == law_plugin) then
+            ! too many: the library shall say so, to which a name that is unknown is given
+            names(i) = 'more'//c_null_char
+            if (finshell_material_parameter(trim(law)//c_null_char, i - 1, information) == 0) &
+               names(i) = transfer(information%name, names(i))
+         end if
          parameter_names(i) = c_loc(names(i))
       end do
       n = 0
@@ -183,6 +192,8 @@ contains
       case (11)
          law = 'holzapfel_2005'
          parameters(:4) = [character(len=11) :: 'mu', 'k1', 'k2', 'rho']
+      case (law_plugin)
+         law = 'plugin'
       case (law_count)
          law = 'holzapfel_gasser_ogden'
          parameters(:5) = [character(len=11) :: 'c', 'k1', 'k2', 'kappa', 'angle']
@@ -250,7 +261,7 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int32_t, c_loc, c_null_char, c_ptr, c_sizeof
    use finshell_c, only: finshell_elements, finshell_elements_evaluate, finshell_elements_pressure, finshell_mass_matrix, &
       finshell_rotation_compose, finshell_rotation_exp, finshell_rotation_tangent, finshell_status
-   use finshell_uel, only: complete_normals, convention_of, first_parameter, keep_message, law_count, not_a_number, &
+   use finshell_uel, only: complete_normals, convention_of, first_parameter, keep_message, law_count, law_plugin, not_a_number, &
       rotations_compounded, rotations_incremental, section_for
    implicit none
    integer, intent(in) :: ndofel, nrhs, nsvars, nprops, mcrd, nnode, jtype, kstep, kinc, jelem, ndload, npredf, mlvarx, mdload, &
@@ -294,7 +305,7 @@ subroutine uel(rhs, amatrx, svars, energy, ndofel, nrhs, nsvars, props, nprops, 
       call refuse('at least 13 properties are expected: 12 for the section, then the parameters of the law')
    else if (.not. (props(12) >= 1 .and. props(12) <= 12)) then
       call refuse('PROPS(12), the number of parameters, is expected to be 1 to 12')
-   else if (.not. (props(1) >= 1 .and. props(1) <= law_count)) then
+   else if (.not. (props(1) >= 1 .and. props(1) <= law_count .or. nint(props(1)) == law_plugin)) then
       call refuse('PROPS(1), the number of the law, is not known')
    else if (.not. (props(8) >= 0 .and. props(8) <= rotations_incremental)) then
       call refuse('PROPS(8), the treatment of rotations, is expected to be 1, 2 or 3')

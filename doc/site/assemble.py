@@ -16,7 +16,7 @@ from pathlib import Path
 import interfaces
 
 ROOT = Path(__file__).resolve().parents[2]
-GUIDE = ("getting_started", "meshes", "materials", "controls", "steps", "growth", "joints", "connectors", "chambers", "results", "command_line", "troubleshooting", "namelist")
+GUIDE = ("getting_started", "meshes", "materials", "user_laws", "controls", "steps", "growth", "joints", "connectors", "chambers", "results", "command_line", "troubleshooting", "namelist")
 METHODS = ("theory", "path_following", "relaxation", "dynamics", "explicit", "study", "adaptive", "error_estimate", "sensitivity", "switches", "parallel")
 LINK = re.compile(r"(!?\[[^\]]*\])\(([^)\s]+)\)")
 

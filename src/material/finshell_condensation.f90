@@ -1,7 +1,7 @@
 !> From a law in space to plane stress.
 !>
-!> The law is a function of E11, E22, E33 and 2 E12; of the shear through the thickness there is none, which makes no stress where the
-!> plane is one of symmetry of the material. Stress T = dW/dE and tangent A of it have four and ten components: (11, 22, 33, 12), and
+!> The law is a function of E11, E22, E33 and 2 E12; of the shear through the thickness there is none, which makes no stress where
+!> the plane is one of symmetry of the material. Stress T = dW/dE and tangent A have four and ten components: (11, 22, 33, 12), and
 !> A as (11, 22, 33, 44, 12, 13, 14, 23, 24, 34) of these. E33 = g(E11, E22, 2 E12) is eliminated:
 !> an incompressible material has C33 = 1/det C, all others T33 = 0 (a local Newton iteration, in the logarithm of C33).
 module finshell_condensation
@@ -115,7 +115,7 @@ contains
       end do
    end subroutine plane_of_solid
 
-   !> Thickness stretch sqrt(1 + 2 g) of such a law. Its second derivatives would be third ones of W: they are differences of the first.
+   !> Thickness stretch sqrt(1 + 2 g) of such a law. Its second derivatives would be third ones of W: differences of the first.
    pure subroutine solid_stretch(evaluate, asked, parameters, states, contraction, n, e, l, dl, ddl, codes)
       procedure(evaluate_interface) :: evaluate
       type(asked_t), intent(in) :: asked

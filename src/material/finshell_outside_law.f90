@@ -170,8 +170,8 @@ contains
       end do
    end subroutine plane_stress_from
 
-   !> See finshell_material. Laws with states have that of a step of no time from the state zero: what the element needs is a function
-   !> of strain.
+   !> See finshell_material. Laws with states have that of a step of no time from the state zero: what the element needs is a
+   !> function of strain.
    pure subroutine thickness_stretch(self, n, level, e, l, dl, ddl, status)
       class(outside_law_t), intent(in) :: self
       integer, intent(in) :: n, level

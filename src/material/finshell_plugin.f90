@@ -1,7 +1,8 @@
 !> Laws of shared libraries. A library has one function, `finshell_law_1` (finshell.h: FINSHELL_LAWS makes it), which is asked for a
 !> law by name; the number is that of the contract, so that a library made for another one is told apart.
 !>
-!> A law of a library has the name 'plugin:LIBRARY' or 'plugin:LIBRARY#NAME' wherever laws have names.
+!> A law of a library has the name 'plugin:LIBRARY' or 'plugin:LIBRARY#NAME' wherever laws have names; 'plugin' and 'plugin#NAME', for
+!> hosts whose names of materials have no room for it, are of the library that the environment variable FINSHELL_LAWS names.
 !> Libraries stay loaded as long as the program runs: sections point into them.
 module finshell_plugin
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_funptr, c_int, c_int32_t, c_null_char, c_ptr
@@ -14,7 +15,8 @@ module finshell_plugin
    private
    public :: is_plugin, load_plugin, plugin_name
 
-   character(len=*), parameter :: prefix = 'plugin:'
+   character(len=*), parameter :: word = 'plugin', prefix = word//':'
+   character(len=*), parameter :: variable = 'FINSHELL_LAWS'
    character(len=*), parameter :: entry_point = 'finshell_law_1'
    integer(c_int), parameter :: rtld_now = 2
    integer(c_int32_t), parameter :: message_size = 400
@@ -45,6 +47,7 @@ module finshell_plugin
       function entry_interface(name, message, size) result(law) bind(c)
          import :: c_char, c_int32_t, c_ptr
          character(kind=c_char), intent(in) :: name(*)
+         ! allow(C072)
          character(kind=c_char), intent(inout) :: message(*)
          integer(c_int32_t), value :: size
          type(c_ptr) :: law
@@ -67,7 +70,7 @@ contains
       character(len=*), intent(in) :: name
       character(len=len(name)) :: small
       small = lower(name)
-      is_plugin = index(small, prefix) == 1
+      is_plugin = index(small, prefix) == 1 .or. small == word .or. index(small, word//'#') == 1
    end function is_plugin
 
    !> The law of this name, or what is wrong with it or its library.
@@ -80,9 +83,20 @@ contains
       character(kind=c_char) :: message(message_size)
       type(c_ptr) :: handle, found
       type(c_funptr) :: symbol
-      integer :: i
+      integer :: i, length
 
       whole = trim(adjustl(name))
+      if (whole(:min(len(whole), len(prefix))) /= whole(:min(len(whole), len(word)))//':') then
+         call get_environment_variable(variable, length=length)
+         if (length == 0) then
+            call raise(error, status_invalid_argument, 'the law '''//whole//''' is one of the library that the environment '// &
+                       'variable '//variable//' names, and that is not set')
+            return
+         end if
+         allocate (character(len=length) :: library)
+         call get_environment_variable(variable, library)
+         whole = prefix//library//whole(len(word) + 1:)
+      end if
       library = whole(len(prefix) + 1:)
       law = ''
       i = index(library, '#', back=.true.)

@@ -28,7 +28,7 @@ contains
       block%element = [(first + merge(l, 1, l <= block%used), l=1, lanes)]
    end subroutine new_point_states
 
-   !> Plane stress of a law with states, at points of a block: those of the first in-plane point, side by side, then those of the next.
+   !> Plane stress of a law with states, at points of a block: those of the first in-plane point, side by side, then the next.
    pure subroutine remembered_stress(law, block, place, stride, groups, n, level, e, w, s, d, status)
       class(material_t), intent(in) :: law
       type(point_states_t), intent(inout) :: block

@@ -405,7 +405,7 @@ static void descriptions(void)
    REFUSES(law, "characters, expected 1 to 31");
    law = good;
    law.kind = 4;
-   REFUSES(law, "law 'mine': kind is 4");
+   REFUSES(law, "law 'mine': kind is 4, expected 1 (plane), 2 (solid) or 3 (incompressible)");
    law = good;
    law.states = 1001;
    REFUSES(law, "states is 1001, expected 0 to 1000");
@@ -421,7 +421,7 @@ static void descriptions(void)
    REFUSES(law, "stretch is for laws in the plane only");
    REFUSES(law_of(plane_rubber, FINSHELL_LAW_PLANE, 2, twice), "parameter 'mu' is there twice");
    REFUSES(law_of(plane_rubber, FINSHELL_LAW_PLANE, 1, unnamed), "parameter 0 (from 0) has no name");
-   REFUSES(law_of(never, FINSHELL_LAW_PLANE, 1, mu), "material law 'mine': it cannot be evaluated at rest");
+   REFUSES(law_of(never, FINSHELL_LAW_PLANE, 1, mu), "material law 'mine': it cannot be evaluated at rest, where strains are 0: it returns a code, or a number that is not finite");
    REFUSES(law_of(nothing, FINSHELL_LAW_PLANE, 1, mu), "its tangent at rest is not positive definite");
    REFUSED(finshell_builder_own_law(NULL, &good, 1, other, values, &status), "builder is NULL");
    finshell_builder_layer(b, 1, 0, 0, 0, NULL);

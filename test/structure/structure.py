@@ -16,8 +16,9 @@ import re
 
 KERNEL = {"math", "material", "section", "element"}
 OPEN_TO_API = {"base", "math", "section", "element", "batch", "pattern"}
-MATERIAL_OPEN_TO_API = {"finshell_parameter", "finshell_registry", "finshell_material"}
-SET_UP = {"finshell_registry", "finshell_parameter"}  # material laws by name: never called for an element
+MATERIAL_OPEN_TO_API = {"finshell_parameter", "finshell_registry", "finshell_material", "finshell_outside_law", "finshell_law_description",
+                        "finshell_law_findings"}
+SET_UP = {"finshell_registry", "finshell_parameter", "finshell_parameter_values", "finshell_law_description", "finshell_plugin"}  # material laws by name: never called for an element
 LONGEST = 400
 
 

@@ -82,7 +82,7 @@ contains
       end if
    end subroutine read_material
 
-   !> The law of a shared library: a file in the folder of the input, or else what the loader finds. Without `law` it is the only one.
+   !> The law of a shared library: a file in the folder of the input, or what the loader finds. Without `law` it is the only one.
    subroutine name_of_plugin(group, folder, law, error)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: folder

@@ -1,7 +1,7 @@
 !> What laws with states remember, of many elements of one section: arrays of the caller's.
 !>
-!> The numbers of an element: layer by layer, bottom to top; of a layer its three in-plane points in turn; of these the points through
-!> the thickness, bottom to top; of these the state variables of the law. Membranes have one point of each layer.
+!> The numbers of an element: layer by layer, bottom to top; of a layer its three in-plane points in turn; of these the points
+!> through the thickness, bottom to top; of these the state variables of the law.
 module finshell_law_states
    use finshell_kinds, only: wp
    implicit none
