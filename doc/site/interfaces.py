@@ -132,10 +132,10 @@ def fortran(root, folder):
     return names
 
 
-def c_header(root, folder):
-    """finshell.h: its comments as words, what they stand before as code."""
-    text = (root / "api" / "finshell.h").read_text(encoding="utf-8")
-    parts = ["# finshell.h", "## Conventions"]
+def c_header(root, folder, header="finshell.h", page="c_header.md"):
+    """A header: its comments as words, what they stand before as code."""
+    text = (root / "api" / header).read_text(encoding="utf-8")
+    parts = [f"# {header}", "## Conventions"]
     for number, (comment, code) in enumerate(re.findall(r"^/\*(.*?)\*/\n?(.*?)(?=^/\*|\Z)", text, re.S | re.M)):
         lines = [re.sub(r"^ \* ?", "", line).rstrip() for line in comment.splitlines()]
         if lines[0].strip().startswith("-----"):
@@ -149,7 +149,7 @@ def c_header(root, folder):
             parts.append(escaped(words.strip()) if number else "```text\n" + words.strip() + "\n```")
         if code.strip():
             parts.append("```c\n" + code.strip() + "\n```")
-    (folder / "c_header.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+    (folder / page).write_text("\n\n".join(parts) + "\n", encoding="utf-8")
 
 
 PYTHON = """# Python package
@@ -159,6 +159,9 @@ PYTHON = """# Python package
    :members:
    :imported-members:
    :undoc-members:
+
+.. automodule:: finshell.precice
+   :members:
 
 .. automodule:: finshell.results
    :members:
@@ -174,5 +177,6 @@ def write(root: Path, folder: Path):
     """Write all of them; the pages for the side of the site."""
     fortran(root, folder)
     c_header(root, folder)
+    c_header(root, folder, "finshell_model.h", "c_model_header.md")
     (folder / "python.md").write_text(PYTHON, encoding="utf-8")
-    return ["fortran", "c_header", "python"]
+    return ["fortran", "c_header", "c_model_header", "python"]
