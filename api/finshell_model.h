@@ -30,7 +30,11 @@ extern "C" {
 enum {
    FINSHELL_MODEL_OK = 0,
    FINSHELL_MODEL_NOT_CONVERGED = 4,    /* an increment fails, however short */
-   FINSHELL_MODEL_INVALID_ARGUMENT = -1 /* NULL, no model, a size or name that is none */
+   FINSHELL_MODEL_SINGULAR_MATRIX = 5,  /* the supports, or a structure that has lost its stiffness */
+   FINSHELL_MODEL_INVALID_ARGUMENT = -1, /* NULL, no model, a size or name that is none */
+   FINSHELL_MODEL_INPUT_ERROR = -4,      /* the input, or what was asked for, is wrong */
+   FINSHELL_MODEL_IO_ERROR = -5,         /* a file cannot be read or written */
+   FINSHELL_MODEL_OUT_OF_MEMORY = -6
 };
 
 /* What happened. */
@@ -147,9 +151,10 @@ int32_t finshell_model_set_displacement(finshell_model *model, const char *node_
 /* Let forces and displacements that were set come in now, at rest. Since 0.1. */
 int32_t finshell_model_settle(finshell_model *model, finshell_model_record *record, finshell_model_status *status);
 
-/* Keep all that there is in slot 0 to 7, in memory; go back to it, as often as one likes. Result files are not taken back.
- * Since 0.1. */
+/* Keep all that there is in slot 0 to 7, in memory. Since 0.1. */
 int32_t finshell_model_checkpoint(finshell_model *model, int32_t slot, finshell_model_status *status);
+
+/* Go back to what a slot keeps, as often as one likes. Result files are not taken back. Errors: nothing was kept there. Since 0.1. */
 int32_t finshell_model_restore(finshell_model *model, int32_t slot, finshell_model_status *status);
 
 /* ------------------------------------------------------------------ results */

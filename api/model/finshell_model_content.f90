@@ -46,8 +46,8 @@ contains
       type(model_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       type(visit_t) :: visit
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call visit%work_with(1)
       code = begin_model(file, content, mesh, handle, status)
       call visit%leave()
@@ -148,8 +148,8 @@ contains
          code = done(status)
          return
       end if
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_destroy', model, code, status)
       if (code == 0) then
          call close_files(model%session, error)
@@ -167,8 +167,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_sizes', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -186,8 +186,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_text', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -204,8 +204,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_mesh_arrays', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -224,8 +224,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_set_members', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)

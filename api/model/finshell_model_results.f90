@@ -27,8 +27,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_field', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -46,8 +46,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_history', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -63,8 +63,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_write', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)

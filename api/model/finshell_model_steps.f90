@@ -28,8 +28,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_state', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -47,8 +47,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_advance', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -65,8 +65,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_settle', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -83,8 +83,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_set_force', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -102,8 +102,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_set_displacement', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -120,8 +120,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_checkpoint', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)
@@ -138,8 +138,8 @@ contains
       integer(c_int32_t) :: code
       type(visit_t) :: visit
       type(model_t), pointer :: model
-      call visit%begin()
 !$omp critical (finshell_models)
+      call visit%begin()
       call find_model(handle, 'finshell_model_restore', model, code, status)
       if (code == 0) then
          call visit%work_with(model%session%threads)

@@ -54,7 +54,7 @@ contains
       type(name_t), allocatable :: names(:)
       self%problem => problem
       self%monitors = monitors
-      if (size(cases) > 0) self%cases = cases
+      self%cases = cases
       self%duration = duration
       self%energy = energy
       self%base_name = ''

@@ -123,6 +123,7 @@ contains
       integer, intent(in) :: number
       real(wp), allocatable, intent(out) :: values(:, :, :)
       type(linear_change_t), intent(in), optional, target :: change
+      type(monitor_t) :: monitor
       type(watch_t) :: watch(1)
       real(wp), allocatable :: motion(:)
       real(wp) :: value(1)
@@ -131,7 +132,9 @@ contains
       allocate (values(merge(3, 1, index(field%components, ',') > 0), 1, 1))
       if (session%bell%duration > 0) motion = motion_values(session%problem, state, session%bell%last)
       do i = 1, size(values, 1)
-         call new_watch(watch(1), monitor_t(quantity=number, component=i), session%problem%structure%mesh)
+         monitor%quantity = number
+         monitor%component = i
+         call new_watch(watch(1), monitor, session%problem%structure%mesh)
          call monitored_values(session%problem, state, watch, value, missing, change=change, motion=motion)
          values(i, 1, 1) = value(1)
          if (missing(1)) values(i, 1, 1) = ieee_value(1.0_wp, ieee_quiet_nan)

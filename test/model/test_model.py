@@ -87,6 +87,7 @@ class LikeTheDriver(unittest.TestCase):
 &step control = 'frequencies' modes = 2 /
 &step load_factor = -1 /
 &initial_velocity velocity = 0, 0, 1 /
+&output energy = .true. /
 """
         with tempfile.TemporaryDirectory() as folder:
             Path(folder, "m.nml").write_text(text, encoding="utf-8")
@@ -96,7 +97,8 @@ class LikeTheDriver(unittest.TestCase):
         model = finshell.Model(text=text)
         model.run()
         self.assertTrue(model.record.finished)
-        for column in ("v", "k", "load_factor", "time", "iterations"):
+        self.assertIn("energy_residual", model.history)
+        for column in set(model.history) & set(rows[0]):
             np.testing.assert_array_equal(model.history[column], [float(r[column]) for r in rows], err_msg=column)
 
     def test_checkpoints_change_nothing(self):
@@ -320,11 +322,22 @@ class Manners(unittest.TestCase):
             members = [m for line in body.split(";") for m in re.findall(r"(\w+)(?:\[\d+\])?\s*(?:,|$)", line.strip())]
             self.assertEqual(members, [n for n, _ in structure._fields_], name)
 
+    def test_since(self):
+        header = (SOURCE / "api" / "finshell_model.h").read_text(encoding="utf-8")
+        for name in re.findall(r"^int32_t (finshell_model_\w+)\(", header, re.M):
+            comment = header.split(f"int32_t {name}(")[0].rpartition("/*")[2]
+            self.assertRegex(" ".join(comment.split()), r"Since \d+\.\d+\. \*/$", name)
+
     def test_exports(self):
         shown = subprocess.run(["nm", "-D", "--defined-only", os.environ["FINSHELL_DRIVER_LIB"]], check=True, capture_output=True, text=True)
         names = {line.split()[2].split("@")[0] for line in shown.stdout.splitlines() if line.split()[1] != "A"}
         header = (SOURCE / "api" / "finshell_model.h").read_text(encoding="utf-8")
         self.assertEqual(names, set(re.findall(r"^int32_t (finshell_model_\w+)\(", header, re.M)))
+
+    def test_no_library(self):
+        done = subprocess.run([sys.executable, "-c", "import finshell; finshell.Model('x.nml')"], capture_output=True, text=True, check=False,
+                              env={**os.environ, "FINSHELL_DRIVER_LIB": "/no/such.so", "PYTHONPATH": str(SOURCE / "api" / "python")})
+        self.assertIn("FINSHELL_DRIVER_LIB names another place", done.stderr)
 
     def test_two_libraries(self):
         # elements and models in one process

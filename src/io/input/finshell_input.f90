@@ -14,6 +14,7 @@ module finshell_input
    use finshell_bisection, only: bisection_t
    use finshell_input_accuracy, only: accuracy_t, read_accuracy
    use finshell_input_common, only: check_name
+   use finshell_input_counts, only: check_counts
    use finshell_input_points, only: choose_points
    use finshell_input_preset, only: preset_t, read_preset
    use finshell_input_normals, only: normals_choice_t, apply_normals
@@ -193,34 +194,6 @@ contains
       if (.not. allocated(error)) call translate_loads_and_steps(namelist, input, error)
       if (.not. allocated(error)) call translate_output(namelist, input, error)
    end subroutine translate
-
-   !> Some groups are needed, some must not be repeated.
-   subroutine check_counts(namelist, error)
-      type(namelist_t), intent(in) :: namelist
-      type(error_t), allocatable, intent(inout) :: error
-      character(len=8), parameter :: needed(4) = [character(len=8) :: 'mesh', 'material', 'section', 'step']
-      character(len=8), parameter :: single(3) = [character(len=8) :: 'job', 'mesh', 'accuracy']
-      integer :: i, k, first
-
-      if (allocated(error)) return
-      do k = 1, size(needed)
-         if (count_groups(namelist, trim(needed(k))) > 0) cycle
-         call raise(error, status_input_error, namelist%file//': the group &'//trim(needed(k))//' is missing')
-         return
-      end do
-      do k = 1, size(single)
-         first = 0
-         do i = 1, size(namelist%groups)
-            if (namelist%groups(i)%name /= single(k)) cycle
-            if (first > 0) then
-               call complain_about(namelist%groups(i), '', 'there can be only one such group, and there is one in line ' &
-                  //text_of(namelist%groups(first)%line), error)
-               return
-            end if
-            first = i
-         end do
-      end do
-   end subroutine check_counts
 
    subroutine translate_job(namelist, input, error)
       type(namelist_t), intent(inout) :: namelist
