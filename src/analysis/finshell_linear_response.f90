@@ -20,6 +20,7 @@ module finshell_linear_response
    use finshell_status, only: status_singular_matrix
    use finshell_symmetric_part, only: symmetric_part_t
    use finshell_tangent_factors, only: tangent_factors_t
+   use finshell_transposed, only: multiply_transposed, transposed_values
    implicit none
    private
    public :: linear_response_t, border_row_t
@@ -249,7 +250,7 @@ contains
       n = problem%equations%n
       associate (pattern => problem%solver%pattern)
          if (transposed) then
-            call pattern%multiply_transposed(problem%values, x(:n), y(:n))
+            call multiply_transposed(pattern, problem%values, x(:n), y(:n))
          else
             call pattern%multiply(problem%values, x(:n), y(:n))
          end if
@@ -265,6 +266,7 @@ contains
       type(equilibrium_t), intent(inout) :: problem
       integer, intent(in) :: which !< 1: of the matrix itself
       type(error_t), allocatable, intent(out) :: error
+      real(wp), allocatable :: values(:)
       if (self%ready(which)) return
       if (.not. self%knows_pattern) then
          self%solver(1) = problem%solver
@@ -273,13 +275,10 @@ contains
       end if
       self%factorisations = self%factorisations + 1
       associate (p => problem)
-         if (which == 1) then
-            call self%factors(1)%factorise(self%solver(1), self%half, p%values, p%diagonal_places(), p%weight, &
-                                           gradient=p%gradient, compliance=p%compliance, team=p%team, error=error)
-         else
-            call self%factors(2)%factorise(self%solver(2), self%half, p%solver%pattern%transposed(p%values), p%diagonal_places(), &
-                                           p%weight, gradient=p%gradient, compliance=p%compliance, team=p%team, error=error)
-         end if
+         values = p%values
+         if (which == 2) values = transposed_values(p%solver%pattern, p%values)
+         call self%factors(which)%factorise(self%solver(which), self%half, values, p%diagonal_places(), p%weight, &
+                                            gradient=p%gradient, compliance=p%compliance, team=p%team, error=error)
       end associate
       self%ready(which) = .not. allocated(error)
       if (allocated(error)) error%message = 'the tangent is singular: '//error%message//' ('//text_of(problem%n)//' unknowns)'
