@@ -56,8 +56,8 @@ module finshell_linear_response
    end type linear_response_t
 
    integer, parameter :: most_corrections = 12
-   real(wp), parameter :: enough = 1.0e-11_wp !< last correction over the solution
-   real(wp), parameter :: tolerable = 1.0e-9_wp !< the same, where rounding lets no more
+   real(wp), parameter :: enough = 1.0e-11_wp !< next correction over the solution
+   real(wp), parameter :: tolerable = 1.0e-9_wp !< last correction, where rounding lets no more
    real(wp), parameter :: contracting = 0.3_wp !< from one correction to the next
 
 contains
@@ -193,7 +193,8 @@ contains
             end if
             x = x + dx
             size_of = part_of(problem, dx, x, factor*along)
-            ok = size_of <= enough
+            ! what the next correction would be
+            ok = size_of*min(1.0_wp, size_of/before) <= enough
             if (ok .or. .not. size_of <= huge(1.0_wp)) return
             if (size_of > contracting*before) then
                ok = size_of <= tolerable
@@ -232,8 +233,13 @@ contains
       real(wp), intent(in), contiguous :: b(:)
       real(wp), intent(out), contiguous :: x(:)
       type(error_t), allocatable, intent(out) :: error
+      real(wp) :: column(size(b), 1)
       self%solutions = self%solutions + 1
-      if (factors == 0) then
+      if (factors == 0 .and. .not. allocated(problem%gradient) .and. problem%solver%ready) then
+         ! without refinement, which would be that of another matrix
+         call problem%solver%backend(reshape(b, [size(b), 1]), column, error)
+         if (.not. allocated(error)) x = column(:, 1)
+      else if (factors == 0) then
          call problem%solve(b, x, error)
       else
          call self%factors(factors)%solve(self%solver(factors), self%half, b, x, error)
