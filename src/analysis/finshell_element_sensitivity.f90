@@ -49,14 +49,9 @@ contains
       integer :: i
       associate (s => problem%structure, mine => pieces%structure)
          from = reshape(s%mesh%triangles, [size(s%mesh%triangles)])
+         mine = s ! whatever elements have comes along
          mine%mesh%coordinates = s%mesh%coordinates(:, from)
          mine%mesh%triangles = reshape([(i, i=1, size(from))], shape(s%mesh%triangles))
-         mine%mesh%element_sets = s%mesh%element_sets
-         mine%sections = s%sections
-         mine%density = s%density
-         mine%element_section = s%element_section
-         if (allocated(s%direction)) mine%direction = s%direction
-         if (allocated(s%normal)) mine%normal = s%normal
       end associate
       pieces%state = problem%state
       pieces%state%displacement = problem%state%displacement(:, from)

@@ -20,6 +20,7 @@ module finshell_linear_response
    use finshell_status, only: status_singular_matrix
    use finshell_symmetric_part, only: symmetric_part_t
    use finshell_tangent_factors, only: tangent_factors_t
+   use finshell_transposed, only: multiply_transposed, transposed_values
    implicit none
    private
    public :: linear_response_t, border_row_t
@@ -55,8 +56,8 @@ module finshell_linear_response
    end type linear_response_t
 
    integer, parameter :: most_corrections = 12
-   real(wp), parameter :: enough = 1.0e-11_wp !< last correction over the solution
-   real(wp), parameter :: tolerable = 1.0e-9_wp !< the same, where rounding lets no more
+   real(wp), parameter :: enough = 1.0e-11_wp !< next correction over the solution
+   real(wp), parameter :: tolerable = 1.0e-9_wp !< last correction, where rounding lets no more
    real(wp), parameter :: contracting = 0.3_wp !< from one correction to the next
 
 contains
@@ -192,7 +193,8 @@ contains
             end if
             x = x + dx
             size_of = part_of(problem, dx, x, factor*along)
-            ok = size_of <= enough
+            ! what the next correction would be
+            ok = size_of*min(1.0_wp, size_of/before) <= enough
             if (ok .or. .not. size_of <= huge(1.0_wp)) return
             if (size_of > contracting*before) then
                ok = size_of <= tolerable
@@ -231,8 +233,13 @@ contains
       real(wp), intent(in), contiguous :: b(:)
       real(wp), intent(out), contiguous :: x(:)
       type(error_t), allocatable, intent(out) :: error
+      real(wp) :: column(size(b), 1)
       self%solutions = self%solutions + 1
-      if (factors == 0) then
+      if (factors == 0 .and. .not. allocated(problem%gradient) .and. problem%solver%ready) then
+         ! without refinement, which would be that of another matrix
+         call problem%solver%backend(reshape(b, [size(b), 1]), column, error)
+         if (.not. allocated(error)) x = column(:, 1)
+      else if (factors == 0) then
          call problem%solve(b, x, error)
       else
          call self%factors(factors)%solve(self%solver(factors), self%half, b, x, error)
@@ -249,7 +256,7 @@ contains
       n = problem%equations%n
       associate (pattern => problem%solver%pattern)
          if (transposed) then
-            call pattern%multiply_transposed(problem%values, x(:n), y(:n))
+            call multiply_transposed(pattern, problem%values, x(:n), y(:n))
          else
             call pattern%multiply(problem%values, x(:n), y(:n))
          end if
@@ -265,6 +272,7 @@ contains
       type(equilibrium_t), intent(inout) :: problem
       integer, intent(in) :: which !< 1: of the matrix itself
       type(error_t), allocatable, intent(out) :: error
+      real(wp), allocatable :: values(:)
       if (self%ready(which)) return
       if (.not. self%knows_pattern) then
          self%solver(1) = problem%solver
@@ -273,13 +281,10 @@ contains
       end if
       self%factorisations = self%factorisations + 1
       associate (p => problem)
-         if (which == 1) then
-            call self%factors(1)%factorise(self%solver(1), self%half, p%values, p%diagonal_places(), p%weight, &
-                                           gradient=p%gradient, compliance=p%compliance, team=p%team, error=error)
-         else
-            call self%factors(2)%factorise(self%solver(2), self%half, p%solver%pattern%transposed(p%values), p%diagonal_places(), &
-                                           p%weight, gradient=p%gradient, compliance=p%compliance, team=p%team, error=error)
-         end if
+         values = p%values
+         if (which == 2) values = transposed_values(p%solver%pattern, p%values)
+         call self%factors(which)%factorise(self%solver(which), self%half, values, p%diagonal_places(), p%weight, &
+                                            gradient=p%gradient, compliance=p%compliance, team=p%team, error=error)
       end associate
       self%ready(which) = .not. allocated(error)
       if (allocated(error)) error%message = 'the tangent is singular: '//error%message//' ('//text_of(problem%n)//' unknowns)'

@@ -23,7 +23,7 @@ module finshell_variant
 
    type :: variant_t
       type(structure_t), pointer :: structure => null()
-      type(equilibrium_t) :: problem !< what monitors see: structure, equations, loads and forces; it is not solved
+      type(equilibrium_t), pointer :: problem => null() !< what monitors see: structure, equations, loads and forces; it is not solved
       integer, private :: stage = 0
    contains
       procedure :: follow
@@ -54,6 +54,7 @@ contains
          return
       end if
       allocate (self%structure, source=changed)
+      allocate (self%problem)
       ! as many points through the thickness, also where their number hangs on what changes
       do i = 1, size(structure%sections)
          do k = 1, size(structure%sections(i)%layers)

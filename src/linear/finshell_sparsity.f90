@@ -24,8 +24,6 @@ module finshell_sparsity
       procedure :: find
       procedure :: bare
       procedure :: multiply
-      procedure :: multiply_transposed
-      procedure :: transposed
       procedure :: diagonal
    end type sparsity_t
 
@@ -123,34 +121,6 @@ contains
       call add_up(self%team, y)
       if (present(y_abs)) call add_up(self%team, y_abs)
    end subroutine multiply
-
-   !> y = A^T x.
-   pure subroutine multiply_transposed(self, values, x, y)
-      class(sparsity_t), intent(in) :: self !< not symmetric
-      real(dp), intent(in) :: values(:), x(:)
-      real(dp), intent(out), contiguous :: y(:)
-      integer :: j, p
-      do j = 1, self%n
-         y(j) = 0
-         do p = self%column_pointer(j), self%column_pointer(j + 1) - 1
-            y(j) = y(j) + values(p)*x(self%row(p))
-         end do
-      end do
-   end subroutine multiply_transposed
-
-   !> Values of the transposed matrix: where a pattern that is not symmetric has an entry, it has one across the diagonal.
-   pure function transposed(self, values) result(turned)
-      class(sparsity_t), intent(in) :: self !< not symmetric
-      real(dp), intent(in) :: values(:)
-      real(dp) :: turned(size(values))
-      integer :: j, p
-      turned = 0
-      do j = 1, self%n
-         do p = self%column_pointer(j), self%column_pointer(j + 1) - 1
-            turned(self%find(j, int(self%row(p)))) = values(p)
-         end do
-      end do
-   end function transposed
 
    !> The diagonal of the matrix with these values.
    function diagonal(self, values) result(d)

@@ -123,7 +123,7 @@ class Differences(Runs):
 
     def test_rows_between(self):
         """Derivatives stand at every increment, not at the last alone."""
-        rows = self.rows(SPHERE + LOAD + wanted(("volume",), ("material.c10",)))
+        rows = [row for row in self.rows(SPHERE + LOAD + wanted(("volume",), ("material.c10",))) if row["load_factor"] > 0]
         self.assertEqual(len(rows), 3)
         self.assertTrue(all(row["s_volume_0"] < 0 for row in rows))
         half = self.rows(SPHERE + LOAD.replace("60.0", "40.0"), "material.c10=80.01")[-1]["volume"]
@@ -232,7 +232,6 @@ class Path_(Runs):
         """A run that goes on has the same derivatives."""
         text = SPHERE + LOAD + "&output restart = 'every' /\n" + wanted(("pole",), ("material.c10", "element_thickness"))
         whole = self.rows(text)
-        self.assertEqual(self.solve("", "job.name=a", name="a").returncode, 0)
         done = subprocess.run([PROGRAM, "restart", "-q", "a", "--from", "1"], cwd=self.path, capture_output=True, text=True, env=ENVIRONMENT, timeout=300, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         with (self.path / "a.history.csv").open() as file:
@@ -276,9 +275,11 @@ REFUSED = [  # text of the input, the group, words of the answer
     (SPHERE + LOAD, "monitor = 'pole' parameter = 'material.law'", "'material.law' is no number"),
     (SPHERE + LOAD, "monitor = 'pole' parameter = 'load[2].vector(1)'", "is 0; say of what magnitude it may be: scale = ..."),
     (SPHERE + LOAD, "monitor = 'pole' parameter = 'mesh.divisions(1)'", "with mesh.divisions(1) = "),
+    (FREE_EDGE + "&node_set name = 'far' plane_point = 2.0, 0.0, 0.0 plane_normal = 1.0, 0.0, 0.0 /\n&support node_set = 'far' fixed = 'uy' /\n",
+     "monitor = 'tip' parameter = 'node_set.plane_point(1)'", "node_set.plane_point(1) cannot be varied: it changes what is held"),
     (SPHERE + LOAD + "&output energy = .true. /\n", "monitor = 'pole' parameter = 'material.c01' scale = -1.0", "scale"),
-    (STRIP.replace("mu = 1.0e4", "mu = 1.0e4").replace("clamped' /", "clamped' /\n&load type = 'gravity' vector = 0.0, 0.0, 1.0 /").replace(
-        "&step", "&step control = 'linear'"), "monitor = 'tip' parameter = 'material.mu'", "derivatives are those of static states"),
+    (STRIP.replace("clamped' /", "clamped' /\n&load type = 'gravity' vector = 0.0, 0.0, 1.0 /").replace(
+        f"&step {EXACT}", "&step control = 'linear'"), "monitor = 'tip' parameter = 'material.mu'", "derivatives are those of static states"),
     (SPHERE + LOAD.replace("&step", "&step stabilise = 1e-4"), f"monitor = 'pole' {C10}", "depend on the way they were reached"),
     (SPHERE + LOAD, "monitor = 'pole' parameter = 'node_position'", "normals of a curved reference hang on more nodes than those of an element"),
     (JOINED, "monitor = 'tip' parameter = 'node_position'", "node_position is not known with joints"),
