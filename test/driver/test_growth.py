@@ -293,6 +293,10 @@ class Growth(unittest.TestCase):
                 self.assertIn(words, self.run_in(folder, text, 2, "check"))
             both = good.replace("thickness = 0.1", "type = 'membrane' thickness = 0.1, 0.1")
             self.assertIn("the layers of the membrane of element 1 would grow apart", self.run_in(folder, both + growth.replace("/", "layer = 1 /"), 2, "check"))
+            (Path(folder) / "twelve.txt").write_text("0.1\n" * 12)
+            same = good.replace("divisions = 6, 4", "divisions = 2, 3").replace("&support node_set = 'centre'", "&support node_set = 'edge_x0'") + field.replace("value = 0.1", "file = 'twelve.txt'")
+            self.assertIn("the mesh has as many nodes as elements; at = 'elements' or 'nodes' is expected", self.run_in(folder, same, 2, "check"))
+            self.run_in(folder, same.replace("'twelve.txt'", "'twelve.txt' at = 'elements'"))
             explicit = good.replace("load_factor = 1.0", "control = 'explicit' duration = 1.0")
             self.assertIn("explicit steps do not know growth that changes with them (&growth number 1); control = 'dynamic' does",
                           self.run_in(folder, explicit + growth, 2, "check"))
