@@ -99,8 +99,8 @@ static void sizes(void)
       for (int i = 0; i < 3; i++) straight[e][i] = (e + i) % 2;
    b.straight = straight[0];
 
-   CHECK(sizeof b == 8 + 4 * 4 + 8 * sizeof(void *) && offsetof(finshell_elements, X) == 24);
-   CHECK(offsetof(finshell_elements, straight) == sizeof b - sizeof(void *));
+   CHECK(sizeof b == 8 + 4 * 4 + 11 * sizeof(void *) && offsetof(finshell_elements, X) == 24);
+   CHECK(offsetof(finshell_elements, growth) == sizeof b - sizeof(void *));
    for (size_t size = 0; size <= sizeof b; size++) {
       /* of exactly this size: who reads beyond its end is caught by the sanitizers */
       finshell_elements *part = malloc(size < 8 ? 8 : size);
@@ -398,6 +398,86 @@ static void golden(void)
    CHECK(cases == 16);
 }
 
+/* Thickness, offset and growth of the elements' own: other sections, another reference; and what is wrong with them. */
+static void own(void)
+{
+   enum { n = 9 };
+   static result all, one;
+   patch p = new_patch(n, 37);
+   finshell_section *s = rubber(0.1);
+   double thickness[n], offset[n], growth[n][4], mass[n][18][18], lumped[n][18], mass_of_one[18][18], g = 1.1, energy[n];
+   for (int e = 0; e < n; e++) {
+      thickness[e] = 0.05 + 0.02 * e;
+      offset[e] = 0.01 * (e - 3);
+      growth[e][0] = growth[e][1] = (g * g - 1) / 2;
+      growth[e][2] = 0;
+      growth[e][3] = g - 1;
+   }
+   finshell_elements b = block_of(p, FINSHELL_ROTATION_VECTOR, p.normals);
+   b.thickness = thickness;
+   b.offset = offset;
+   CHECK(by_block(s, &b, &all) == 0);
+   CHECK(finshell_elements_mass(s, &b, mass[0][0], lumped[0], NULL, &status) == 0);
+   for (int e = 0; e < n; e++) {
+      const char *names[] = {"c10", "c01"}, *options[] = {"density", "offset"};
+      const double values[] = {80, 20}, option_values[] = {2.5, offset[e]};
+      finshell_section *other = NULL;
+      finshell_elements alone = b;
+      CHECK(finshell_section_create("mooney_rivlin", 2, names, values, thickness[e], 2, options, option_values, &other, NULL) == 0);
+      alone.n = 1;
+      alone.X += 9 * e;
+      alone.u += 9 * e;
+      alone.rotations += 9 * e;
+      alone.normals += 9 * e;
+      if (alone.direction) alone.direction += 3 * e;
+      alone.thickness = alone.offset = NULL;
+      CHECK(by_block(other, &alone, &one) == 0);
+      CHECK_CLOSE(all.energy[e], one.energy[0], 1e-10 * one.energy[0]);
+      for (int i = 0; i < 18; i++) CHECK_CLOSE(all.force[e][i], one.force[0][i], 1e-9);
+      for (int i = 0; i < 9; i++) CHECK_CLOSE(all.stress[e][i / 3][i % 3], one.stress[0][i / 3][i % 3], 1e-8);
+      CHECK(finshell_mass_matrix(other, 1, alone.X, mass_of_one[0], NULL, NULL, &status) == 0);
+      for (int i = 0; i < 324; i++) CHECK_CLOSE(mass[e][i / 18][i % 18], mass_of_one[i / 18][i % 18], 1e-14);
+      finshell_section_destroy(other);
+   }
+   /* grown all round and moved there: at rest; a field and wrinkles know of it, too */
+   for (int i = 0; i < 9 * n; i++) p.u[i] = (g - 1) * p.X[i], p.vector[i] = 0;
+   b.growth = growth[0];
+   CHECK(by_block(s, &b, &all) == 0);
+   for (int i = 0; i < 18 * n; i++) CHECK(fabs(all.force[i / 18][i % 18]) < 1e-12);
+   for (int e = 0; e < n; e++) CHECK_CLOSE(all.stretch[e], g, 1e-13);
+   double strain[n][3][3];
+   CHECK(finshell_recover_field(s, &b, "strain", strain[0][0], NULL, &status) == 0);
+   for (int i = 0; i < 9 * n; i++) CHECK(fabs(strain[i / 9][i % 9 / 3][i % 3]) < 1e-12);
+   const char *names[] = {"mu"}, *options[] = {"membrane", "wrinkling"};
+   const double mu[] = {80}, on[] = {1, 1};
+   finshell_section *sheet = NULL;
+   int32_t sheets[n];
+   CHECK(finshell_section_create("neo_hookean", 1, names, mu, 0.1, 2, options, on, &sheet, NULL) == 0);
+   CHECK(finshell_elements_wrinkles(sheet, &b, sheets, NULL, NULL, &status) == 0);
+   for (int i = 0; i < 9 * n; i++) p.u[i] = 0.9 * (g - 1) * p.X[i];
+   CHECK(finshell_elements_wrinkles(sheet, &b, sheets, NULL, NULL, &status) == 0);
+   for (int e = 0; e < n; e++) CHECK(sheets[e] == FINSHELL_SHEET_SLACK);
+   for (int i = 0; i < 9 * n; i++) p.u[i] = 1.1 * (g - 1) * p.X[i];
+   CHECK(finshell_elements_wrinkles(sheet, &b, sheets, NULL, NULL, &status) == 0);
+   for (int e = 0; e < n; e++) CHECK(sheets[e] == FINSHELL_SHEET_TAUT);
+   /* mistakes, one by one */
+   thickness[4] = 0;
+   CHECK(finshell_elements_evaluate(s, &b, energy, NULL, NULL, NULL, &status) == -1 && status.index == 4 && status.failed == 1);
+   CHECK(strstr(status.message, "its thickness is") && strstr(status.message, "expected a positive number") && energy[4] == 0);
+   CHECK(finshell_elements_mass(s, &b, NULL, lumped[0], NULL, &status) == -1 && status.index == 4 && lumped[4][0] == 0);
+   thickness[4] = NAN;
+   CHECK(finshell_elements_evaluate(s, &b, energy, NULL, NULL, NULL, &status) == -3 && status.index == 4);
+   thickness[4] = 0.1;
+   growth[2][3] = -1;
+   CHECK(finshell_elements_evaluate(s, &b, energy, NULL, NULL, NULL, &status) == -1 && status.index == 2);
+   CHECK(strstr(status.message, "has grown to no size"));
+   CHECK(finshell_elements_recover(s, &b, energy, NULL, NULL, NULL, NULL, &status) == -1 && status.index == 2 && energy[2] == 0);
+   CHECK(finshell_elements_evaluate(sheet, &b, energy, NULL, NULL, NULL, &status) == -1 && status.index == 2);
+   finshell_section_destroy(sheet);
+   finshell_section_destroy(s);
+   free_patch(p);
+}
+
 int main(void)
 {
    silence();
@@ -409,6 +489,7 @@ int main(void)
    derivatives();
    rest();
    switches();
+   own();
    golden();
    return finish();
 }

@@ -152,7 +152,7 @@ class Interface(unittest.TestCase):
         for name in STRUCTURES:
             fields = re.search(rf"typedef struct finshell_{name} \{{(.*?)\}}", self.header, re.S).group(1)
             members[name] = re.findall(r"(\w+)(?:\[\d+\])?;", fields)
-        self.assertEqual(members["elements"][:3] + members["elements"][-1:], ["size", "n", "convention", "straight"])
+        self.assertEqual(members["elements"][:3] + members["elements"][-1:], ["size", "n", "convention", "growth"])
         c = ["#include <finshell.h>", "#include <stddef.h>", "#include <stdio.h>", "int main(void)", "{"]
         fortran = ["program layout", "use, intrinsic :: iso_c_binding", "use finshell_c", "implicit none"]
         fortran += [f"type(finshell_{name}), target :: {name}_" for name in members]

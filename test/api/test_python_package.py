@@ -159,6 +159,34 @@ class Elements(unittest.TestCase):
                 call(SQUARE, u, t, normals=curved)
             self.assertEqual((caught.exception.code, caught.exception.index, caught.exception.failed), (-1, 1, 1))
 
+    def test_thickness_offset_growth(self):
+        u, t = bent()
+        thick, off = np.array([0.2, 0.05]), np.array([0.0, 0.01])
+        r = rubber().evaluate(SQUARE, u, t, thickness=thick, offset=off)
+        m = finshell.Section("mooney_rivlin", {"c10": 80, "c01": 20}, 0.1, density=3).mass(SQUARE, lumped=True, thickness=thick, offset=off)
+        for e in range(2):
+            own = finshell.Section("mooney_rivlin", {"c10": 80, "c01": 20}, thick[e], offset=off[e], density=3)
+            one = own.evaluate(SQUARE, u, t)
+            np.testing.assert_allclose(r.force[e], one.force[e], atol=1e-10 * abs(one.force).max())
+            np.testing.assert_allclose(m[e], own.mass(SQUARE, lumped=True)[e], rtol=1e-13)
+        # stretched by 1.25 before it was built in; and grown to where it is
+        stretched = finshell.growth([0.8, 0.8], thickness=1.5625)[:, None, :]
+        self.assertEqual(stretched.shape, (2, 1, 4))
+        force = rubber().recover(SQUARE, 0 * u, 0 * t, growth=stretched).stress[:, 1]
+        # Mooney-Rivlin, equibiaxial
+        s = 2 * (80 * (1.25**2 - 1.25**-4) + 20 * (1.25**4 - 1.25**-2))
+        np.testing.assert_allclose(force, np.tile([s, s, 0], (2, 1)), atol=1e-9)
+        grown = finshell.growth(1.1, 0.9, 1.2) * np.ones((2, 1, 4))
+        there = SQUARE * np.array([1.1, 0.9, 1]) - SQUARE
+        result = rubber().evaluate(SQUARE, there, 0 * t, growth=grown)
+        self.assertLess(abs(result.force).max(), 1e-11)
+        np.testing.assert_allclose(rubber().recover(SQUARE, there, 0 * t, growth=grown).stretch, 1.2)
+        np.testing.assert_allclose(rubber().recover_field("principal_stretch", SQUARE, there, 0 * t, growth=grown), 1.0)
+        with self.assertRaisesRegex(ValueError, r"growth has the shape \(2, 4\), expected \(2, 1, 4\)"):
+            rubber().evaluate(SQUARE, u, t, growth=grown[:, 0])
+        with self.assertRaisesRegex(finshell.Error, r"element 1 \(from 0\): its thickness is -1"):
+            rubber().evaluate(SQUARE, u, t, thickness=[0.1, -1])
+
     def test_curved_golden(self):
         with open(os.path.join(SOURCE, "test", "data", "element_golden_curved.txt"), encoding="utf-8") as f:
             lines = [line.split(None, 1) for line in f if not line.startswith("#")]
