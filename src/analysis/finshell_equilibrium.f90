@@ -15,9 +15,10 @@ module finshell_equilibrium
    use finshell_motion_size, only: size_of_motion
    use finshell_structure, only: structure_t, is_membrane, turning_nodes
    use finshell_cliques, only: cliques_t, joined
-   use finshell_equations, only: new_equations, gather, unknowns_of
+   use finshell_equations, only: field_displacement, gather, new_equations, unknowns_of
    use finshell_external, only: new_external
-   use finshell_factor, only: by_case, by_load_factor, unscaled, number_of_factors, scaled_sum, slopes
+   use finshell_stress_free, only: largest_rate
+   use finshell_factor, only: by_case, by_load_factor, factors_at, unscaled, number_of_factors, scaled_sum, slopes
    use finshell_sparsity, only: sparsity_t, new_sparsity
    use finshell_assembly, only: new_assembly, assemble
    use finshell_linear_solver, only: linear_solver_t
@@ -325,6 +326,9 @@ contains
       real(wp), intent(out), optional :: added(:)
       x = 0
       call unknowns_of(self%equations, size_of_motion(self%structure, self%state), x(:self%equations%n))
+      ! strains are counted from the grown state: where nothing moves this is what is rounded
+      if (allocated(self%structure%growths)) where (self%field == field_displacement) x = x + self%detail &
+         *largest_rate(self%structure%growths, self%state, factors_at(self%state, size(self%equations%motion, 3)))
       if (present(added)) added = 0
       if (present(added)) call self%solver%magnitude(x(:self%equations%n), added(:self%equations%n))
    end subroutine magnitude

@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = {  # file of src/io/input that reads groups: headings of their description
-    "solver": ["job"], "preset": ["job"], "mesh": ["mesh"], "normals": ["mesh"], "section": ["material", "section"], "direction": ["section"], "support": ["support"], "load": ["load"], "chamber": ["chamber"], "amplitude": ["amplitude"], "joint": ["tie", "rigid_body", "equal", "equation"],
+    "solver": ["job"], "preset": ["job"], "mesh": ["mesh"], "normals": ["mesh"], "section": ["material", "section"], "direction": ["section"], "support": ["support"], "load": ["load"], "growth": ["growth"], "field": ["field"], "chamber": ["chamber"], "amplitude": ["amplitude"], "joint": ["tie", "rigid_body", "equal", "equation"],
     "step": ["step"], "time_step": ["step"], "monitor": ["monitor", "probe", "output", "fields"],
     "probe": ["monitor", "probe", "output", "fields"], "output": ["monitor", "probe", "output", "fields"],
     "connector": ["spring", "bar", "cable", "dashpot", "point_mass"],
