@@ -23,7 +23,8 @@ module finshell_variant
 
    type :: variant_t
       type(structure_t), pointer :: structure => null()
-      type(equilibrium_t), pointer :: problem => null() !< what monitors see: structure, equations, loads and forces; it is not solved
+      !> What monitors see: structure, equations, loads and forces; it is not solved.
+      type(equilibrium_t), pointer :: problem => null()
       integer, private :: stage = 0
    contains
       procedure :: follow

@@ -5,7 +5,7 @@
 !> number of threads nor on how a mesh is split into calls. But for an element that is alone in its call (finshell_single): the same
 !> formulas, other instructions, so that its results differ by rounding.
 module finshell_batch
-   use finshell_block, only: bad_shape, check_input, check_results, gather, vanishing
+   use finshell_block, only: bad_shape, check_input, check_results, gather, gather_own, vanishing
    use finshell_chunk, only: evaluate_chunk, n_resultants
    use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
@@ -17,7 +17,7 @@ module finshell_batch
    use finshell_recovered, only: recovered_t
    use finshell_law_states, only: law_states_t
    use finshell_point_states, only: new_point_states, point_states_t
-   use finshell_own, only: gather_own, n_growth
+   use finshell_own, only: n_growth
    use finshell_reference, only: side_free, side_straight, side_fixed
    use finshell_section, only: section_t
    use finshell_single, only: evaluate_single, narrow

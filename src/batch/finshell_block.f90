@@ -3,13 +3,14 @@ module finshell_block
    use finshell_element, only: block_t, rotation_vector, rotation_increment, rotation_quaternion
    use finshell_freedoms, only: n_shell
    use finshell_kinds, only: wp, i4, lanes
-   use finshell_own, only: check_own
+   use finshell_own, only: check_own, n_growth, own_t
    use finshell_reference, only: side_free, side_fixed
+   use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_large_rotation, status_material_limit, status_not_a_number, &
       status_ok
    implicit none
    private
-   public :: bad_shape, gather, separate, check_input, check_length, check_results, vanishing
+   public :: bad_shape, gather, gather_own, separate, check_input, check_length, check_results, vanishing
 
    !> Quaternions and directions between the inverse of this and this are taken as they are; rotation vectors up to this.
    real(wp), parameter :: usual_length = 1.0e60_wp
@@ -62,6 +63,35 @@ contains
          if (present(normal)) block%normal(l, :, :) = normal(:, :, e)
       end do
    end subroutine gather
+
+   !> What elements first + 1 ... of the batch have of their own, side by side; missing ones at the end repeat the first of the block.
+   pure subroutine gather_own(section, first, n, own, thickness, offset, growth)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: first, n
+      type(own_t), intent(inout) :: own
+      real(wp), intent(in), optional :: thickness(n) !< of the whole section, length
+      real(wp), intent(in), optional :: offset(n) !< of the middle of the section above the surface of the nodes, length
+      real(wp), intent(in), optional :: growth(n_growth, size(section%layers), n)
+      integer :: e, l, layer
+      own%sized = present(thickness) .or. present(offset)
+      own%grown = present(growth)
+      if (own%grown) allocate (own%growth(lanes, n_growth, size(section%layers)))
+      if (.not. (own%sized .or. own%grown)) return
+      do l = 1, lanes
+         e = first + merge(l, 1, first + l <= n)
+         if (own%sized) then
+            own%ratio(l) = 1
+            if (present(thickness)) own%ratio(l) = thickness(e)/section%thickness
+            own%shift(l) = section%offset
+            if (present(offset)) own%shift(l) = offset(e)
+            own%shift(l) = own%shift(l) - own%ratio(l)*section%offset
+         end if
+         if (.not. own%grown) cycle
+         do layer = 1, size(section%layers)
+            own%growth(l, :, layer) = growth(:, layer, e)
+         end do
+      end do
+   end subroutine gather_own
 
    !> NaN and infinity in the input; quaternions and directions of an absurd length are brought back to a usual one.
    pure subroutine check_input(block, has_direction, status, changed)

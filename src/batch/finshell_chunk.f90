@@ -2,14 +2,14 @@
 !>
 !> Compiled twice where CMake does it (cmake/narrow): for blocks of `lanes` elements, and for single ones.
 module finshell_chunk
-   use finshell_block, only: check_input, gather, separate
+   use finshell_block, only: check_input, gather, gather_own, separate
    use finshell_element, only: block_t, evaluate_block, stress_t
    use finshell_evaluation, only: level_tangent
    use finshell_freedoms, only: n_shell
    use finshell_kinds, only: wp, i4, lanes
    use finshell_law_states, only: law_states_t
    use finshell_point_states, only: judge_states, new_point_states, point_states_t
-   use finshell_own, only: gather_own, n_growth
+   use finshell_own, only: n_growth
    use finshell_section, only: section_t
    use finshell_status, only: status_ok
    implicit none

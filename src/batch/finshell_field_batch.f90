@@ -1,6 +1,6 @@
 !> Element fields of many elements in one call, by their table (finshell_element_fields).
 module finshell_field_batch
-   use finshell_block, only: bad_shape, check_input, gather, vanishing
+   use finshell_block, only: bad_shape, check_input, gather, gather_own, vanishing
    use finshell_element, only: block_t, recover_block
    use finshell_element_field, only: element_field_t, field_places, field_value, most_components, at_element, at_surfaces, &
       at_layers, change_linear, change_quadratic, change_none
@@ -11,7 +11,7 @@ module finshell_field_batch
    use finshell_membrane, only: membrane_t, recover_membrane
    use finshell_membrane_chunk, only: check_membranes, gather_membranes
    use finshell_point_states, only: new_point_states, point_states_t
-   use finshell_own, only: gather_own, n_growth
+   use finshell_own, only: n_growth
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
    use finshell_status, only: status_invalid_argument, status_material_limit, status_no_value, status_ok

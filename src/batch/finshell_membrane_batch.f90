@@ -1,6 +1,6 @@
 !> The door to the membrane: many elements in one call, on as many threads as allowed. What finshell_batch is to the shell.
 module finshell_membrane_batch
-   use finshell_block, only: check_results, vanishing
+   use finshell_block, only: check_results, gather_own, vanishing
    use finshell_environment, only: all_quiet, environment_t, hold, release
    use finshell_kinds, only: wp, i4, lanes
    use finshell_freedoms, only: n_membrane
@@ -8,7 +8,7 @@ module finshell_membrane_batch
    use finshell_element_fields, only: surface_stress
    use finshell_membrane, only: membrane_t, recover_membrane
    use finshell_membrane_chunk, only: check_membranes, evaluate_membrane_chunk, gather_membranes
-   use finshell_own, only: gather_own, n_growth
+   use finshell_own, only: n_growth
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
    use finshell_single, only: evaluate_single_membrane, narrow

@@ -1,12 +1,12 @@
 !> A block of membrane elements out of a batch: gathered, its input checked, evaluated, written to the caller's arrays. What
 !> finshell_chunk and finshell_block are to the shell.
 module finshell_membrane_chunk
-   use finshell_block, only: check_length
+   use finshell_block, only: check_length, gather_own
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_freedoms, only: n_membrane
    use finshell_kinds, only: wp, i4, lanes
    use finshell_membrane, only: evaluate_membrane, membrane_t
-   use finshell_own, only: check_own, gather_own, n_growth
+   use finshell_own, only: check_own, n_growth
    use finshell_section, only: section_t
    use finshell_status, only: status_not_a_number, status_ok
    implicit none

@@ -1,7 +1,7 @@
 !> Strains of many elements point by point, with the tangent stiffness of their sections: what estimates of the error of a mesh
 !> are made of.
 module finshell_strain_batch
-   use finshell_block, only: bad_shape, check_input, gather
+   use finshell_block, only: bad_shape, check_input, gather, gather_own
    use finshell_element, only: block_t, recover_block
    use finshell_environment, only: environment_t, hold, release
    use finshell_evaluation, only: level_tangent
@@ -11,7 +11,7 @@ module finshell_strain_batch
    use finshell_membrane, only: membrane_t, recover_membrane
    use finshell_membrane_chunk, only: check_membranes, gather_membranes
    use finshell_membrane_section, only: integrate_membrane, membrane_force_t
-   use finshell_own, only: at_points, gather_own, n_growth, own_t
+   use finshell_own, only: at_points, n_growth, own_t
    use finshell_recovered, only: recovered_t
    use finshell_reference, only: zeta
    use finshell_resultants, only: integrate, points_per_block, resultants_t

@@ -5,7 +5,7 @@ module finshell_own
    use finshell_status, only: status_invalid_argument, status_not_a_number
    implicit none
    private
-   public :: own_t, n_growth, gather_own, check_own, own_inertia, actual_height, at_points
+   public :: own_t, n_growth, check_own, own_inertia, actual_height, at_points
 
    !> Numbers that say how a layer has grown: Green-Lagrange strain of its stress-free state, 11, 22, 2 12 along the material
    !> direction of the element, and growth of its thickness, less 1.
@@ -21,35 +21,6 @@ module finshell_own
    end type own_t
 
 contains
-
-   !> Elements first + 1 ... of a batch, side by side; missing ones at the end repeat the first of the block.
-   pure subroutine gather_own(section, first, n, own, thickness, offset, growth)
-      type(section_t), intent(in) :: section
-      integer, intent(in) :: first, n
-      type(own_t), intent(inout) :: own
-      real(wp), intent(in), optional :: thickness(n) !< of the whole section, length
-      real(wp), intent(in), optional :: offset(n) !< of the middle of the section above the surface of the nodes, length
-      real(wp), intent(in), optional :: growth(n_growth, size(section%layers), n)
-      integer :: e, l, layer
-      own%sized = present(thickness) .or. present(offset)
-      own%grown = present(growth)
-      if (own%grown) allocate (own%growth(lanes, n_growth, size(section%layers)))
-      if (.not. (own%sized .or. own%grown)) return
-      do l = 1, lanes
-         e = first + merge(l, 1, first + l <= n)
-         if (own%sized) then
-            own%ratio(l) = 1
-            if (present(thickness)) own%ratio(l) = thickness(e)/section%thickness
-            own%shift(l) = section%offset
-            if (present(offset)) own%shift(l) = offset(e)
-            own%shift(l) = own%shift(l) - own%ratio(l)*section%offset
-         end if
-         if (.not. own%grown) cycle
-         do layer = 1, size(section%layers)
-            own%growth(l, :, layer) = growth(:, layer, e)
-         end do
-      end do
-   end subroutine gather_own
 
    !> What is wrong with them: not finite; a thickness or a stress-free state that is not positive; growth of a membrane that
    !> differs from layer to layer (it has one stress-free state).
