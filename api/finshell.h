@@ -311,12 +311,12 @@ typedef struct finshell_points {
  *   energy [n]; stress [3 or 4][n]; tangent [6 or 10][n]
  *   begin, end [states][n]                states; `end` is to be set at any level
  *   codes [n]                             0 on entry */
-typedef void finshell_law_function(const finshell_points *points, const double *parameters, const double *strain, double *energy,
+typedef void (*finshell_law_function)(const finshell_points *points, const double *parameters, const double *strain, double *energy,
                                    double *stress, double *tangent, const double *begin, double *end, int32_t *codes);
 
 /* The thickness stretch of a law in the plane: stretch [n], its derivatives with respect to the strain, first [3][n] and second
  * [6][n]. Of laws with states it is that of a step of no time from the state zero. */
-typedef void finshell_stretch_function(const finshell_points *points, const double *parameters, const double *strain, double *stretch,
+typedef void (*finshell_stretch_function)(const finshell_points *points, const double *parameters, const double *strain, double *stretch,
                                        double *first, double *second, int32_t *codes);
 
 /* A law, said by the caller or by a shared library. Set all to zero first ({0}), then size. Sections copy what they need, but not
@@ -329,8 +329,8 @@ typedef struct finshell_law {
    int32_t states;                          /* state variables of a point, 0 to 1000: zero where nothing has been yet */
    int32_t parameters;                      /* number of parameters */
    const finshell_parameter *parameter;     /* [parameters], NULL when there are none */
-   finshell_law_function *evaluate;
-   finshell_stretch_function *stretch;      /* of laws in the plane; NULL: incompressible. Of others NULL */
+   finshell_law_function evaluate;
+   finshell_stretch_function stretch;       /* of laws in the plane; NULL: incompressible. Of others NULL */
    void *data;                              /* handed through to the functions */
 } finshell_law;
 
