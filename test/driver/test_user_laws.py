@@ -76,6 +76,13 @@ class Library(unittest.TestCase):
         with open(self.path / "part.history.csv", encoding="utf-8") as f:
             self.assertEqual(list(csv.DictReader(f))[-1]["tip"], whole[-1]["tip"])
 
+    @unittest.skipUnless(shutil.which("c++"), "no compiler of C++")
+    def test_in_c_plus_plus(self):
+        (self.path / "other.cpp").write_text(OTHER)
+        subprocess.run(["c++", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared", f"-I{SOURCE / 'api'}", "other.cpp", "-o", "libplus.so"],
+                       cwd=self.path, check=True)
+        self.assertIn("material law 'only': it cannot be evaluated at rest", self.call("check-law", "libplus.so", code=2))
+
     def test_check_law(self):
         said = self.call("check-law", "liblaws.so#lee_sacks")
         self.assertIn("Law lee_sacks with c0 = 10.0000", said)
