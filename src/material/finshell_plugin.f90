@@ -1,5 +1,5 @@
-!> Laws of shared libraries. A library has one function, `finshell_law_1` (finshell_law.h: FINSHELL_LAWS makes it), which is asked for
-!> a law by name; the number is that of the contract, so that a library made for another one is told apart.
+!> Laws of shared libraries. A library has one function, `finshell_law_1` (finshell_law.h: FINSHELL_LAWS makes it), which is asked
+!> for a law by name; the number is that of the contract, so that a library made for another one is told apart.
 !>
 !> A law of a library has the name 'plugin:LIBRARY' or 'plugin:LIBRARY#NAME' wherever laws have names; 'plugin' and 'plugin#NAME',
 !> for hosts whose names of materials have no room for it, are of the library that the environment variable FINSHELL_LAWS names.
