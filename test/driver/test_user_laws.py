@@ -84,6 +84,15 @@ class Library(unittest.TestCase):
                        cwd=self.path, check=True)
         self.assertIn("material law 'only': it cannot be evaluated at rest", self.call("check-law", "libplus.so", code=2))
 
+    @unittest.skipUnless(os.environ.get("FINSHELL_MPI_BIN") and shutil.which("mpirun"), "no finshell_mpi")
+    def test_many_processes(self):
+        one = self.solve("one", "library = 'liblaws.so' law = 'arruda_boyce' mu = 100.0 lock = 2.0")
+        (self.path / "two").mkdir()
+        subprocess.run(["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "2", os.environ["FINSHELL_MPI_BIN"], "run", "-q", "-o", "two", "one.nml"],
+                       cwd=self.path, check=True, capture_output=True, timeout=300, env=ENVIRONMENT)
+        with open(self.path / "two" / "one.history.csv", encoding="utf-8") as f:
+            self.assertAlmostEqual(float(list(csv.DictReader(f))[-1]["tip"]), float(one[-1]["tip"]), delta=1e-12)
+
     def test_guide(self):
         code = re.findall(r"^```c\n(.*?)^```", (SOURCE / "doc/user_laws.md").read_text(encoding="utf-8"), re.S | re.M)[0]
         (self.path / "rubber.c").write_text(code)
