@@ -311,26 +311,26 @@ typedef struct finshell_points {
  *   energy [n]; stress [3 or 4][n]; tangent [6 or 10][n]
  *   begin, end [states][n]                states; `end` is to be set at any level
  *   codes [n]                             0 on entry */
-typedef void finshell_law_function(const finshell_points *points, const double *parameters, const double *strain, double *energy,
-                                   double *stress, double *tangent, const double *begin, double *end, int32_t *codes);
+typedef void (*finshell_law_function)(const finshell_points *points, const double *parameters, const double *strain, double *energy,
+                                      double *stress, double *tangent, const double *begin, double *end, int32_t *codes);
 
 /* The thickness stretch of a law in the plane: stretch [n], its derivatives with respect to the strain, first [3][n] and second
  * [6][n]. Of laws with states it is that of a step of no time from the state zero. */
-typedef void finshell_stretch_function(const finshell_points *points, const double *parameters, const double *strain, double *stretch,
-                                       double *first, double *second, int32_t *codes);
+typedef void (*finshell_stretch_function)(const finshell_points *points, const double *parameters, const double *strain, double *stretch,
+                                          double *first, double *second, int32_t *codes);
 
 /* A law, said by the caller or by a shared library. Set all to zero first ({0}), then size. Sections copy what they need, but not
  * what `data` points to; name and parameters are not looked at after the call. */
 typedef struct finshell_law {
-   uint64_t size;    /* sizeof(finshell_law) */
-   const char *name; /* at most 31 characters; stands in messages */
-   int32_t kind;     /* FINSHELL_LAW_... */
+   uint64_t size;                           /* sizeof(finshell_law) */
+   const char *name;                        /* at most 31 characters; stands in messages */
+   int32_t kind;                            /* FINSHELL_LAW_... */
    int32_t isotropic;                       /* 1: it does not depend on the direction of axes 1 and 2; saves time */
    int32_t states;                          /* state variables of a point, 0 to 1000: zero where nothing has been yet */
    int32_t parameters;                      /* number of parameters */
    const finshell_parameter *parameter;     /* [parameters], NULL when there are none */
-   finshell_law_function *evaluate;
-   finshell_stretch_function *stretch;      /* of laws in the plane; NULL: incompressible. Of others NULL */
+   finshell_law_function evaluate;
+   finshell_stretch_function stretch;       /* of laws in the plane; NULL: incompressible. Of others NULL */
    void *data;                              /* handed through to the functions */
 } finshell_law;
 
@@ -338,7 +338,7 @@ typedef struct finshell_law {
  * has to stay as long as sections of the builder are used. Errors: -1 no builder, no layer, or what is wrong with the law, which
  * has to be there at rest: without a code, with a stiffness. Since 0.1. */
 FINSHELL_API int32_t finshell_builder_own_law(finshell_section_builder *builder, const finshell_law *law, int32_t parameters,
-                                 const char *const *names, const double *values, finshell_status *status);
+                                              const char *const *names, const double *values, finshell_status *status);
 
 /* State variables of an element of a section: how many numbers of `states_begin` and `states_end` (finshell_elements) belong to
  * each element; 0: its laws have none. Layer by layer, bottom to top; of a layer its three in-plane points in turn; of these the
@@ -348,7 +348,7 @@ FINSHELL_API int32_t finshell_section_states(const finshell_section *section, fi
 /* Where the states of a layer (from 0) stand: variable v at point p of in-plane point g is number
  * first + (g points + p) variables + v of the element. Each may be NULL. Errors: -1 no section, no such layer. Since 0.1. */
 FINSHELL_API int32_t finshell_section_layer_states(const finshell_section *section, int32_t layer, int32_t *first, int32_t *points,
-                                      int32_t *variables, finshell_status *status);
+                                                   int32_t *variables, finshell_status *status);
 
 /* One thing that finshell_law_check looked at. */
 typedef struct finshell_law_finding {
@@ -369,7 +369,7 @@ typedef struct finshell_law_finding {
  *   finding [FINSHELL_LAW_FINDINGS] what was found
  * `failed` of the status is the number of findings that did not pass. Returns 0 when all did, else 2. Errors: -1. Since 0.1. */
 FINSHELL_API int32_t finshell_law_check(const finshell_law *law, const char *material, int32_t parameters, const char *const *names,
-                           const double *values, finshell_law_finding *finding, finshell_status *status);
+                                        const double *values, finshell_law_finding *finding, finshell_status *status);
 
 /* ------------------------------------------------------------------ elements */
 

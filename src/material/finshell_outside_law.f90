@@ -124,6 +124,7 @@ contains
       integer(i4), intent(inout) :: status(n)
       type(asked_t) :: at
       integer(i4) :: codes(n)
+      real(wp) :: total(n)
       logical :: good(n)
       integer :: i, v
 
@@ -137,28 +138,22 @@ contains
       case default
          call plane_of_solid(self%evaluate, at, self%parameters, self%states, self%contraction, n, e, w, s, d, begin, end, codes)
       end select
-      do i = 1, n
-         good(i) = codes(i) == 0 .and. ieee_is_finite(w(i))
-      end do
+      ! zero, unless a number is not finite
+      total = 0*w
       if (level >= level_force) then
          do v = 1, 3
-            do i = 1, n
-               good(i) = good(i) .and. ieee_is_finite(s(i, v))
-            end do
+            total = total + 0*s(:, v)
          end do
       end if
       if (level >= level_tangent) then
          do v = 1, 6
-            do i = 1, n
-               good(i) = good(i) .and. ieee_is_finite(d(i, v))
-            end do
+            total = total + 0*d(:, v)
          end do
       end if
       do v = 1, self%states
-         do i = 1, n
-            good(i) = good(i) .and. ieee_is_finite(end(i, v))
-         end do
+         total = total + 0*end(:, v)
       end do
+      good = total <= 0 .and. codes == 0
       if (all(good)) return
       do i = 1, n
          if (good(i)) cycle

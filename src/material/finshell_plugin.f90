@@ -1,8 +1,9 @@
-!> Laws of shared libraries. A library has one function, `finshell_law_1` (finshell.h: FINSHELL_LAWS makes it), which is asked for a
-!> law by name; the number is that of the contract, so that a library made for another one is told apart.
+!> Laws of shared libraries. A library has one function, `finshell_law_1` (finshell_law.h: FINSHELL_LAWS makes it), which is asked
+!> for a law by name; the number is that of the contract, so that a library made for another one is told apart.
 !>
 !> A law of a library has the name 'plugin:LIBRARY' or 'plugin:LIBRARY#NAME' wherever laws have names; 'plugin' and 'plugin#NAME',
 !> for hosts whose names of materials have no room for it, are of the library that the environment variable FINSHELL_LAWS names.
+!>
 !> Libraries stay loaded as long as the program runs: sections point into them.
 module finshell_plugin
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_funptr, c_int, c_int32_t, c_null_char, c_ptr

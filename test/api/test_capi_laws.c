@@ -125,7 +125,7 @@ static void nothing(const finshell_points *at, const double *p, const double *e,
 static const finshell_parameter mu[] = {{"mu", "shear modulus", 0, 100, 1, 0}};
 static const finshell_parameter mu_lambda[] = {{"mu", "", 0, 100, 1, 0}, {"lambda", "", 0, 150, 1, 0}};
 
-static finshell_law law_of(finshell_law_function *evaluate, int32_t kind, int32_t parameters, const finshell_parameter *parameter)
+static finshell_law law_of(finshell_law_function evaluate, int32_t kind, int32_t parameters, const finshell_parameter *parameter)
 {
    finshell_law law = {0};
    law.size = sizeof law;

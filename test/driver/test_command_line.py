@@ -53,7 +53,7 @@ class CommandLine(unittest.TestCase):
 
     def test_wrong_command_lines(self):
         for *call, words in (
-                ("a command is expected: run, check, study, mesh, convert, restart, info, history, completion or man",),
+                ("a command is expected: run, check, study, mesh, check-law, convert, restart, info, history, completion or man",),
                 ("solve", "strip.nml", "unknown command 'solve'; expected run, check,"),
                 ("run", "the command run needs an input file"),
                 ("info", "the command info needs the results of a run"),

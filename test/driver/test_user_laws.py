@@ -6,6 +6,7 @@ import ctypes
 import importlib.util
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -75,6 +76,29 @@ class Library(unittest.TestCase):
         self.call("restart", "-q", "part", "--from", "2")
         with open(self.path / "part.history.csv", encoding="utf-8") as f:
             self.assertEqual(list(csv.DictReader(f))[-1]["tip"], whole[-1]["tip"])
+
+    @unittest.skipUnless(shutil.which("c++"), "no compiler of C++")
+    def test_in_c_plus_plus(self):
+        (self.path / "other.cpp").write_text(OTHER)
+        subprocess.run(["c++", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared", f"-I{SOURCE / 'api'}", "other.cpp", "-o", "libplus.so"],
+                       cwd=self.path, check=True)
+        self.assertIn("material law 'only': it cannot be evaluated at rest", self.call("check-law", "libplus.so", code=2))
+
+    @unittest.skipUnless(os.environ.get("FINSHELL_MPI_BIN") and shutil.which("mpirun"), "no finshell_mpi")
+    def test_many_processes(self):
+        one = self.solve("one", "library = 'liblaws.so' law = 'arruda_boyce' mu = 100.0 lock = 2.0")
+        (self.path / "two").mkdir()
+        subprocess.run(["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "2", os.environ["FINSHELL_MPI_BIN"], "run", "-q", "-o", "two", "one.nml"],
+                       cwd=self.path, check=True, capture_output=True, timeout=300, env=ENVIRONMENT)
+        with open(self.path / "two" / "one.history.csv", encoding="utf-8") as f:
+            self.assertAlmostEqual(float(list(csv.DictReader(f))[-1]["tip"]), float(one[-1]["tip"]), delta=1e-12)
+
+    def test_guide(self):
+        code = re.findall(r"^```c\n(.*?)^```", (SOURCE / "doc/user_laws.md").read_text(encoding="utf-8"), re.S | re.M)[0]
+        (self.path / "rubber.c").write_text(code)
+        subprocess.run([COMPILER, "-O3", "-Wall", "-Werror", "-fPIC", "-shared", f"-I{SOURCE / 'api'}", "rubber.c", "-o", "librubber.so"],
+                       cwd=self.path, check=True)
+        self.assertIn("Law rubber with mu = 1.00000\n  ok    rest ", self.call("check-law", "librubber.so"))
 
     def test_check_law(self):
         said = self.call("check-law", "liblaws.so#lee_sacks")
@@ -198,6 +222,16 @@ class Python(unittest.TestCase):
         self.assertAlmostEqual(force[1], 0.0749 * scale, delta=1e-12)
         with self.assertRaises(finshell.Recoverable):
             section.evaluate(*self.square(8.0))
+
+    def test_guide(self):
+        import finshell
+        import numpy as np
+        code = re.findall(r"^```python\n(.*?)^```", (SOURCE / "doc/user_laws.md").read_text(encoding="utf-8"), re.S | re.M)[0]
+        names = {}
+        exec(compile(code, "user_laws.md", "exec"), names)  # noqa: S102  our own text
+        theirs = finshell.Section("neo_hookean", {"mu": 1.0}, thickness=0.1).evaluate(*self.square(1.2))
+        mine = names["section"].evaluate(*self.square(1.2))
+        self.assertLess(np.abs(mine.tangent - theirs.tangent).max(), 1e-13)
 
     def test_a_layer_and_states(self):
         import finshell
