@@ -163,7 +163,7 @@ class Growth(unittest.TestCase):
         for expected in csv.DictReader(lines):
             row = next(row for row in rows if abs(row["load_factor"] - float(expected["load_factor"])) < 1e-12)
             for name in ("u", "w"):
-                self.assertAlmostEqual(row[name], float(expected[name]), delta=0.03)
+                self.assertAlmostEqual(row[name], float(expected[name]), delta=1e-5)
 
     def test_in_time(self):
         # a free strip grows slowly: it arrives at its size, nearly at rest, and the balance of energy closes

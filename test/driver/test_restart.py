@@ -111,7 +111,7 @@ GROWN = """&mesh generator = 'rectangle' lengths = 10.0, 1.0 divisions = 12, 2 /
 &section thickness = 0.1, 0.1 thickness_field = 't' /
 &support node_set = 'edge_x0' type = 'clamped' /
 &amplitude name = 'a' points = 0.0, 0.0,  0.4, 0.5,  1.0, 1.0 /
-&growth growth = 1.02 layer = 1 amplitude = 'a' /
+&growth growth = 1.005, 1.0 layer = 1 amplitude = 'a' /
 &growth prestretch = 1.02, 1.0 case = 'p' from_step = 2 /
 &growth expansion = 1e-3 temperature = 20 constant = .true. until_step = 2 /
 &step first_increment = 0.2 /
