@@ -64,7 +64,7 @@ contains
       end do
    end subroutine gather
 
-   !> What elements first + 1 ... of the batch have of their own, side by side; missing ones at the end repeat the first of the block.
+   !> What elements first + 1 ... of the batch have of their own, side by side; missing ones at the end repeat the first.
    pure subroutine gather_own(section, first, n, own, thickness, offset, growth)
       type(section_t), intent(in) :: section
       integer, intent(in) :: first, n
