@@ -81,6 +81,8 @@ module finshell_equilibrium
 
    !> Of the factorisation: a law without stiffness leaves more than the rounding of the matrix, up to 4 epsilons measured.
    real(wp), parameter :: soft_tolerance = 50*epsilon(1.0_wp)
+   !> Part of the energy of growth, with everything held, that differences leave of the balance of a sheet that grows freely.
+   real(wp), parameter :: negligible_growth = 1.0e-7_wp
 
 contains
 
@@ -294,6 +296,7 @@ contains
       if (allocated(self%structure%growths)) self%entry%grown = powers_of_growth(self)
       if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
          scaling, self%external, self%structure, self%equations, self%assembly, value)
+      value%negligible = negligible_growth*abs(self%growth%stiffness)*self%change(scaling)**2
       call value%spend(self%taken)
    end function balance
 

@@ -26,6 +26,7 @@ module finshell_balance
       real(wp) :: supports = 0 !< and of moved supports
       real(wp) :: least = 0 !< work with the smaller of the forces at both ends
       real(wp) :: level = 0 !< the stored energy
+      real(wp) :: negligible = 0 !< beside what growth would have stored if all were held
       real(wp) :: throughput = 0 !< magnitude of the work, whether or not it cancels on the way
       real(wp) :: duality = 0 !< (change of the displacement that does work per factor) - (change of the reaction to the motion)
       real(wp), allocatable :: pressure(:), volume(:) !< changes in chambers; unallocated: there are none
@@ -115,7 +116,7 @@ contains
       strict = prescribed .and. seasoned
       ! a cubic that goes farther than the larger of both forces does over the whole way excuses nothing
       if (strict .and. abs(corrected - plain) > balance%throughput) corrected = plain
-      scale = max(abs(balance%work), abs(balance%energy), rigid*max(from%held, to%held)*change**2)
+      scale = max(abs(balance%work), abs(balance%energy), rigid*max(from%held, to%held)*change**2, balance%negligible)
       if (.not. strict) scale = max(scale, 0.5_wp*balance%throughput)
       verdict%known = length > 0 .and. scale > 0 .and. ieee_is_finite(corrected) .and. ieee_is_finite(scale)
       if (.not. verdict%known) return

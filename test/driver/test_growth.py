@@ -145,6 +145,10 @@ class Growth(unittest.TestCase):
         self.assertEqual(arc["load_factor"], 1)
         self.assertGreater(load["w"], 0.1)
         self.assertAlmostEqual(arc["w"] / load["w"], 1, delta=1e-6)
+        # a free sheet stores nothing: its balance of energy has nothing to say, and no increment counts as a snap
+        rows = self.solve(SQUARE + "&section thickness = 0.05 /\n&growth growth = 0.8 /\n&step control = 'arc_length' load_factor = 1.0 /\n")
+        self.assertLessEqual(len(rows), 5)
+        self.assertEqual({row["snap"] for row in rows}, {0.0})
 
     def test_prestretched_drum(self):
         # reference/vibration_prestretched_membrane: f a sqrt(rho/mu) by the stretched mesh, radius lam a
