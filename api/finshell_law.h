@@ -20,7 +20,8 @@
 #define FINSHELL_LAW_EXPORT
 #endif
 
-/* The law of this name; without a name the only one. NULL: there is none, and the message says what there is. */
+/* The law of this name; without a name the only one. NULL: there is none, and the message says what there is.
+ * Since 0.1. */
 static inline const finshell_law *finshell_find_law(const finshell_law *laws, size_t n, const char *name, char *message, int32_t size)
 {
    size_t i;
