@@ -20,7 +20,7 @@
 #define FINSHELL_LAW_EXPORT
 #endif
 
-/* Whether two names are the same; capitals do not matter. */
+/* Whether two names are the same; capitals do not matter. Since 0.1. */
 static inline int finshell_same_name(const char *a, const char *b)
 {
    for (; *a || *b; a++, b++) {
@@ -30,7 +30,8 @@ static inline int finshell_same_name(const char *a, const char *b)
    return 1;
 }
 
-/* The law of this name; without a name the only one. NULL: there is none, and the message says what there is. */
+/* The law of this name; without a name the only one. NULL: there is none, and the message says what there is.
+ * Since 0.1. */
 static inline const finshell_law *finshell_find_law(const finshell_law *laws, size_t n, const char *name, char *message, int32_t size)
 {
    size_t i;

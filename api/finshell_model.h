@@ -53,6 +53,7 @@ typedef struct finshell_model finshell_model;
 /* Kinds of sets. */
 enum { FINSHELL_MODEL_NODES = 0, FINSHELL_MODEL_ELEMENTS = 1, FINSHELL_MODEL_EDGES = 2 };
 
+/* A set of a mesh given as arrays. */
 typedef struct finshell_model_set {
    const char *name;
    int32_t kind;           /* FINSHELL_MODEL_NODES, ... */
@@ -81,11 +82,12 @@ int32_t finshell_model_create(const char *file, const char *text, const finshell
 /* Close result files and free the model; NULL is nothing. Errors: a file that cannot be written to its end. Since 0.1. */
 int32_t finshell_model_destroy(finshell_model *model, finshell_model_status *status);
 
+/* How much there is of a model. */
 typedef struct finshell_model_size {
    int32_t nodes, elements, unknowns, sections, steps, columns; /* columns: of the history */
 } finshell_model_size;
 
-/* Since 0.1. */
+/* How many nodes, elements, ... a model has. Since 0.1. */
 int32_t finshell_model_sizes(finshell_model *model, finshell_model_size *sizes, finshell_model_status *status);
 
 /* Texts: "title", "name" of the job, "file", "warnings" (a line each), "node_sets", "element_sets", "edge_sets", "columns" of the
@@ -124,7 +126,7 @@ typedef struct finshell_model_record {
    char step_name[32], control[32];
 } finshell_model_record;
 
-/* Since 0.1. */
+/* Where the model stands; `reports` is that of the last call that moved it. Since 0.1. */
 int32_t finshell_model_state(finshell_model *model, finshell_model_record *record, finshell_model_status *status);
 
 /* The next increment: of the step under way or of the one behind it. Steps with control = 'linear', 'buckling' and 'frequencies',
@@ -151,10 +153,11 @@ int32_t finshell_model_set_displacement(finshell_model *model, const char *node_
 /* Let forces and displacements that were set come in now, at rest. Since 0.1. */
 int32_t finshell_model_settle(finshell_model *model, finshell_model_record *record, finshell_model_status *status);
 
-/* Keep all that there is in slot 0 to 7, in memory. Since 0.1. */
+/* Keep all that there is in slot 0 to 7, in memory; what was kept in that slot before is lost. Since 0.1. */
 int32_t finshell_model_checkpoint(finshell_model *model, int32_t slot, finshell_model_status *status);
 
-/* Go back to what a slot keeps, as often as one likes. Result files are not taken back. Errors: nothing was kept there. Since 0.1. */
+/* Go back to what a slot keeps, as often as one likes. Result files are not taken back. Errors: nothing was kept there.
+ * Since 0.1. */
 int32_t finshell_model_restore(finshell_model *model, int32_t slot, finshell_model_status *status);
 
 /* ------------------------------------------------------------------ results */

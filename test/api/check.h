@@ -77,6 +77,7 @@ typedef struct {
    int32_t n;
    double *X, *u, *vector, *quaternion, *direction; /* [n][3][3], [n][3][3], [n][3][3], [n][3][4], [n][3] */
    double *toward;                                  /* [n][18] displacements and spins */
+   double *thickness, *offset, *growth;             /* [n], [n], [n][layers][4] for up to three layers */
    double *normals, *facets; /* [n][3][3] of a curved surface: to some 20 degrees from the facets', of any length; of the facets */
 } patch;
 
@@ -99,6 +100,9 @@ static inline patch new_patch(int32_t n, uint32_t seed)
    p.toward = malloc(sizeof(double) * 18 * n);
    p.normals = malloc(sizeof(double) * 9 * n);
    p.facets = malloc(sizeof(double) * 9 * n);
+   p.thickness = malloc(sizeof(double) * n);
+   p.offset = malloc(sizeof(double) * n);
+   p.growth = malloc(sizeof(double) * 12 * n);
    for (int32_t e = 0; e < n; e++) {
       double t[3], q[4], r[3][3];
       for (int c = 0; c < 3; c++) t[c] = 3 * noise(&seed);
@@ -130,6 +134,9 @@ static inline patch new_patch(int32_t n, uint32_t seed)
             p.normals[9 * e + 3 * i + c] = (i + 1) * (normal + 0.4 * noise(&other));
          }
       }
+      p.thickness[e] = 0.1 + 0.05 * noise(&other);
+      p.offset[e] = 0.05 * noise(&other);
+      for (int i = 0; i < 12; i++) p.growth[12 * e + i] = 0.05 * noise(&other);
    }
    finshell_rotation_exp(3 * n, p.vector, p.quaternion, NULL, NULL);
    return p;
@@ -145,6 +152,9 @@ static inline void free_patch(patch p)
    free(p.toward);
    free(p.normals);
    free(p.facets);
+   free(p.thickness);
+   free(p.offset);
+   free(p.growth);
 }
 
 /* The patch as the block of a call. */
@@ -161,6 +171,15 @@ static inline finshell_elements block_of(patch p, int convention, const double *
    b.state = p.quaternion;
    b.direction = p.direction;
    b.normals = normals;
+   return b;
+}
+
+/* A block in which the elements have thickness, offset and growth of their own. */
+static inline finshell_elements with_own(finshell_elements b, patch p)
+{
+   b.thickness = p.thickness;
+   b.offset = p.offset;
+   b.growth = p.growth;
    return b;
 }
 

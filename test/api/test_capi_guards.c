@@ -1,57 +1,19 @@
-/* Every function of finshell.h, under guards: no flag raised and no trap tripped, 64 threads of a host at once, a child after a
- * fork; valgrind and the sanitizers see this program (test_sanitizers.py). The table at the end has one entry for each function;
- * test/structure/test_guards.py compares it with the header. Each entry calls its function as it is meant and with a mistake.
- *
- *    test_capi_guards [ROUNDS of each thread [memory | threads]]     memory: without flags, which valgrind does not have
- */
+/* Messages, laws, elements, fields and rotations of finshell.h under guards (guards.h). Sections: test_section_guards.c;
+ * assemblies: test_assembly_guards.c. */
 #define _GNU_SOURCE
-#include <fenv.h>
-#include <pthread.h>
-#include <sys/wait.h>
-#include "check.h"
+#include "guards.h"
 
-enum { n = 17, points = 3 * n, room = 200000, workers = 64 }; /* elements are computed by eights: three times, for threads */
+enum { n = 17, points = 3 * n }; /* elements are computed by eights: three times, for threads */
 
-/* What all calls share and none changes. */
-typedef struct {
+struct world {
    patch p;
    finshell_section *shell, *sheet;
    int32_t threads;
-} world;
-
-/* All that an entry has got, bytes one after the other. */
-typedef struct {
-   size_t used;
-   unsigned char bytes[room];
-} results;
-
-static void keep(results *r, const void *data, size_t size)
-{
-   if (r->used + size > room) abort();
-   memcpy(r->bytes + r->used, data, size);
-   r->used += size;
-}
-
-#define KEEP(what) keep(r, &(what), sizeof(what))
-
-static void keep_text(results *r, const char *text)
-{
-   keep(r, text, strlen(text) + 1);
-}
-
-/* Code and message of a call. */
-static void keep_status(results *r, int32_t code, const finshell_status *status)
-{
-   KEEP(code);
-   KEEP(status->code);
-   KEEP(status->index);
-   KEEP(status->failed);
-   keep_text(r, status->message);
-}
+};
 
 static finshell_elements block(const world *w)
 {
-   finshell_elements b = block_of(w->p, FINSHELL_ROTATION_VECTOR, w->p.normals);
+   finshell_elements b = with_own(block_of(w->p, FINSHELL_ROTATION_VECTOR, w->p.normals), w->p);
    b.threads = w->threads;
    return b;
 }
@@ -62,6 +24,13 @@ static void version_text(const world *w, results *r)
 {
    (void)w;
    keep_text(r, finshell_version_text());
+}
+
+static void version_number(const world *w, results *r)
+{
+   int32_t value = finshell_version_number();
+   (void)w;
+   KEEP(value);
 }
 
 static void abi(const world *w, results *r)
@@ -120,56 +89,6 @@ static void material_parameter(const world *w, results *r)
    (void)w;
    for (int32_t i = 1; i < 3; i++) keep_status(r, finshell_material_parameter("mooney_rivlin", i, &parameter, &status), &status);
    keep_text(r, parameter.name);
-}
-
-/* ------------------------------------------------------------------ sections */
-
-static void section_create(const world *w, results *r)
-{
-   const char *names[] = {"c10", "c01"}, *wrong[] = {"c10", "c02"};
-   const double values[] = {80, 20};
-   finshell_status status;
-   finshell_section *section = NULL;
-   (void)w;
-   keep_status(r, finshell_section_create("mooney_rivlin", 2, names, values, 0.1, 0, NULL, NULL, &section, &status), &status);
-   finshell_section_destroy(section);
-   keep_status(r, finshell_section_create("mooney_rivlin", 2, wrong, values, 0.1, 0, NULL, NULL, &section, &status), &status);
-}
-
-static void section_create_layered(const world *w, results *r)
-{
-   const char *names[] = {"mu"};
-   const double values[] = {3};
-   finshell_layer layer[2];
-   finshell_status status;
-   finshell_section *section = NULL;
-   (void)w;
-   memset(layer, 0, sizeof layer);
-   for (int i = 0; i < 2; i++) {
-      layer[i].material = "neo_hookean";
-      layer[i].parameters = 1;
-      layer[i].names = names;
-      layer[i].values = values;
-      layer[i].thickness = 0.1;
-   }
-   keep_status(r, finshell_section_create_layered(2, layer, 0, NULL, NULL, &section, &status), &status);
-   finshell_section_destroy(section);
-   layer[1].thickness = NAN;
-   keep_status(r, finshell_section_create_layered(2, layer, 0, NULL, NULL, &section, &status), &status);
-}
-
-static void section_destroy(const world *w, results *r)
-{
-   (void)w, (void)r;
-   finshell_section_destroy(NULL); /* and at the end of the entries above */
-}
-
-static void section_freedoms(const world *w, results *r)
-{
-   finshell_status status;
-   keep_status(r, finshell_section_freedoms(w->shell, &status), &status);
-   keep_status(r, finshell_section_freedoms(w->sheet, &status), &status);
-   keep_status(r, finshell_section_freedoms(NULL, &status), &status);
 }
 
 /* ------------------------------------------------------------------ elements */
@@ -274,6 +193,20 @@ static void mass_matrix(const world *w, results *r)
    keep_status(r, finshell_mass_matrix(w->shell, 1, flat, NULL, &lumped[0][0], codes, &status), &status);
 }
 
+static void elements_mass(const world *w, results *r)
+{
+   double consistent[n][18][18], lumped[n][18], wrong[n] = {0};
+   int32_t codes[n];
+   finshell_elements b = block(w);
+   finshell_status status;
+   keep_status(r, finshell_elements_mass(w->shell, &b, &consistent[0][0][0], &lumped[0][0], codes, &status), &status);
+   KEEP(consistent);
+   KEEP(lumped);
+   b.thickness = wrong;
+   keep_status(r, finshell_elements_mass(w->shell, &b, NULL, &lumped[0][0], codes, &status), &status);
+   KEEP(codes);
+}
+
 static void pressure_load(const world *w, results *r)
 {
    const double pressure[n] = {1, 2, -3};
@@ -374,138 +307,29 @@ static void rotation_tangent(const world *w, results *r)
    keep_status(r, finshell_rotation_tangent(points, w->p.vector, NULL, NULL, &status), &status);
 }
 
-/* ------------------------------------------------------------------ the table, and the guards */
-
-#define ENTRY(name) {"finshell_" #name, name}
-
-static const struct {
-   const char *name;
-   void (*call)(const world *, results *);
-} table[] = {
-   ENTRY(version_text), ENTRY(abi), ENTRY(cpu_level), ENTRY(message),
+static const entry all[] = {
+   ENTRY(version_text), ENTRY(version_number), ENTRY(abi), ENTRY(cpu_level), ENTRY(message),
    ENTRY(material_count), ENTRY(material_name), ENTRY(material_parameter_count), ENTRY(material_parameter),
-   ENTRY(section_create), ENTRY(section_create_layered), ENTRY(section_destroy), ENTRY(section_freedoms),
-   ENTRY(elements_evaluate), ENTRY(elements_recover), ENTRY(elements_wrinkles), ENTRY(elements_pressure),
+   ENTRY(elements_evaluate), ENTRY(elements_recover), ENTRY(elements_wrinkles), ENTRY(elements_pressure), ENTRY(elements_mass),
    ENTRY(evaluate), ENTRY(recover), ENTRY(mass_matrix), ENTRY(pressure_load),
    ENTRY(field_count), ENTRY(field_information), ENTRY(recover_field),
    ENTRY(rotation_exp), ENTRY(rotation_log), ENTRY(rotation_compose), ENTRY(rotation_update), ENTRY(rotation_matrix),
    ENTRY(rotation_tangent),
 };
 
-enum { entries = sizeof table / sizeof *table };
-
-static results expected[entries];
-static int rounds = 20;
-
-/* Whether an entry gets what it got at first. */
-static int same(const world *w, int entry, results *r)
-{
-   r->used = 0;
-   table[entry].call(w, r);
-   return r->used == expected[entry].used && memcmp(r->bytes, expected[entry].bytes, r->used) == 0;
-}
-
-/* The host traps exceptions and has a flag of its own raised. In the debug library, which traps on purpose, only results count. */
-static void traps(const world *w)
-{
-   static results r;
-   for (int i = 0; i < entries; i++) {
-#ifndef FINSHELL_TRAPS
-      const int mine = FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW;
-      feclearexcept(FE_ALL_EXCEPT);
-      feraiseexcept(FE_UNDERFLOW);
-      feenableexcept(mine);
-      int alike = same(w, i, &r), flags = fetestexcept(FE_ALL_EXCEPT), enabled = fegetexcept();
-      fedisableexcept(FE_ALL_EXCEPT);
-      feclearexcept(FE_ALL_EXCEPT);
-      CHECK(flags == FE_UNDERFLOW && enabled == mine);
-      if (flags != FE_UNDERFLOW || enabled != mine)
-         fprintf(report, "%s: flags %x, traps %x\n", table[i].name, (unsigned)flags, (unsigned)enabled);
-#else
-      int alike = same(w, i, &r);
-#endif
-      CHECK(alike);
-      if (!alike) fprintf(report, "%s: other results the second time\n", table[i].name);
-   }
-}
-
-typedef struct {
-   const world *w;
-   int number, differences;
-} job;
-
-/* A thread of the host: all entries, each thread beginning with another one. */
-static void *work(void *argument)
-{
-   job *j = argument;
-   results *r = malloc(sizeof *r);
-   for (int k = 0; k < rounds * entries; k++) j->differences += !same(j->w, (j->number + k) % entries, r);
-   free(r);
-   return NULL;
-}
-
-static void many_threads(const world *w)
-{
-   pthread_t thread[workers];
-   job jobs[workers];
-   for (int i = 0; i < workers; i++) {
-      jobs[i].w = w;
-      jobs[i].number = i;
-      jobs[i].differences = 0;
-      CHECK(pthread_create(&thread[i], NULL, work, &jobs[i]) == 0);
-   }
-   for (int i = 0; i < workers; i++) {
-      CHECK(pthread_join(thread[i], NULL) == 0);
-      CHECK(jobs[i].differences == 0);
-   }
-}
-
-/* Of this process. */
-static int threads_now(void)
-{
-   char line[200];
-   int found = 0;
-   FILE *f = fopen("/proc/self/status", "r");
-   while (f && fgets(line, sizeof line, f))
-      if (sscanf(line, "Threads: %d", &found) == 1) break;
-   if (f) fclose(f);
-   return found;
-}
-
-/* A child of a process whose calls have used several threads; it asks for several threads, too. */
-static void child(world w)
-{
-   static results r;
-   w.threads = 4;
-   for (int i = 0; i < entries; i++) CHECK(same(&w, i, &r));
-   CHECK(threads_now() > 1);
-   pid_t pid = fork();
-   if (pid == 0) {
-      int differences = 0;
-      alarm(300); /* it would wait for threads that stayed behind */
-      for (int i = 0; i < entries; i++) differences += !same(&w, i, &r);
-      _exit(differences > 0);
-   }
-   int status = -1;
-   CHECK(pid > 0 && waitpid(pid, &status, 0) == pid);
-   CHECK(WIFEXITED(status) && WEXITSTATUS(status) == 0);
-}
-
 int main(int argc, char **argv)
 {
    const char *names[] = {"mu"}, *options[] = {"membrane", "wrinkling"};
    const double mu[] = {2}, chosen[] = {1, 1};
-   world w = {0};
-   if (argc > 1) rounds = atoi(argv[1]);
+   world w = {0}, several;
    silence();
    w.p = new_patch(n, 5);
    w.threads = 1;
    w.shell = rubber(0.1);
    CHECK(finshell_section_create("neo_hookean", 1, names, mu, 0.1, 2, options, chosen, &w.sheet, NULL) == 0);
-   for (int i = 0; i < entries; i++) table[i].call(&w, &expected[i]);
-   if (argc < 3) traps(&w);
-   if (argc < 3 || strcmp(argv[2], "memory") == 0) child(w); /* before there are other threads */
-   many_threads(&w);
+   several = w;
+   several.threads = 4;
+   guard(all, sizeof all / sizeof *all, &w, &several, argc, argv);
    finshell_section_destroy(w.shell);
    finshell_section_destroy(w.sheet);
    free_patch(w.p);

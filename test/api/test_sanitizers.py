@@ -18,7 +18,8 @@ import installed  # noqa: E402
 
 PROGRAMS = (("test_capi_errors", ()), ("test_capi_builder", ()), ("test_capi_sections", ()), ("test_capi_elements", ()),
             ("test_capi_physics", ()), ("test_capi_pressure", ()), ("test_capi_assembly", ()), ("test_capi_assembly_host", ("6",)),
-            ("test_capi_batch", ("9",)), ("test_capi_fuzz", ("300",)), ("test_capi_guards", ("1", "memory")))  # a few elements are enough
+            ("test_capi_batch", ("9",)), ("test_capi_fuzz", ("300",)), ("test_capi_guards", ("1", "memory")),
+            ("test_section_guards", ("1", "memory")), ("test_assembly_guards", ("1", "memory")))  # a few elements are enough
 
 
 def build(name, flags):
@@ -81,7 +82,8 @@ class Clean(unittest.TestCase):
         with open(suppressed, "w", encoding="utf-8") as f:
             f.writelines(f"race:^{name}$\n" for name in critical_procedures())
         self.run_all(folder, programs=(("test_capi_batch", ("0",)), ("test_capi_builder", ()), ("test_capi_assembly_host", ("0",)),
-                                       ("test_capi_guards", ("2", "threads"))),
+                                       ("test_capi_guards", ("2", "threads")), ("test_section_guards", ("2", "threads")),
+                                       ("test_assembly_guards", ("2", "threads"))),
                      TSAN_OPTIONS=f"exitcode=9:suppressions={suppressed}:log_path={folder}/log",
                      OMP_NUM_THREADS="1")
 
