@@ -184,7 +184,7 @@ contains
       integer :: i, step
 
       if (allocated(error)) return
-      do step = 1, maxval([1, supports%span%first, pack(supports%span%last + 1, supports%span%last < huge(1))])
+      do step = 1, maxval([1, supports%span%first, pack(supports%span%last, supports%span%last < huge(1)) + 1])
          if (step > 1 .and. .not. any(supports%span%first == step .or. supports%span%last == step - 1)) cycle
          call new_equations(equations, mesh, supports, refusal, step=step)
          if (allocated(refusal)) exit
