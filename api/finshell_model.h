@@ -12,6 +12,8 @@
  *     trap of the host's, or changes how many threads its OpenMP has.
  *   - Any number of models at once, and calls from any thread: of several calls in a process one works at a time, with
  *     as many threads as the input asks for (key threads of &job) or as pay.
+ *   - After a fork, a child of a process whose models have used several threads computes with one: the threads of OpenMP stay in
+ *     the parent.
  *
  * A guide with complete programs, and the Python class: doc/model_api.md.
  */

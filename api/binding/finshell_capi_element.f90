@@ -3,12 +3,13 @@
 !> A C pointer that may be NULL is an optional argument, absent when NULL. The short forms make a block of their arguments and go
 !> the same way.
 module finshell_capi_element
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int32_t, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_null_ptr, c_ptr
    use finshell_batch, only: evaluate_elements, recover_elements
    use finshell_capi_common, only: c_status_t, check_batch, judge, refuse, refuse_memory
    use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, &
       receive_own, receive_section, receive_states, whole_block
    use finshell_environment, only: environment_t, hold, release
+   use finshell_fork, only: forked
    use finshell_law_states, only: law_states_t
    use finshell_mass, only: mass_elements, mass_membranes
    use finshell_membrane_batch, only: evaluate_membranes, recover_membranes
@@ -16,17 +17,10 @@ module finshell_capi_element
    use finshell_status, only: status_ok
    implicit none
    private
-   public :: elements_evaluate, elements_recover, elements_mass, evaluate, evaluate_given, forked, most_threads, recover, mass
+   public :: elements_evaluate, elements_recover, elements_mass, evaluate, evaluate_given, most_threads, recover, mass
 
    integer, parameter :: few = 64 !< elements whose codes need no heap
    integer, parameter :: most_threads = 256 !< results do not depend on it; OpenMP ends the program when it gets too few
-
-   interface
-      function getpid() result(process) bind(c)
-         import :: c_int
-         integer(c_int) :: process
-      end function getpid
-   end interface
 
 contains
 
@@ -247,20 +241,4 @@ contains
       if (present(codes)) codes = found
       code = judge(status, place, block%n, found)
    end function mass_given
-
-   !> Whether this process is the child of one that called us with several threads.
-   !>
-   !> The threads of OpenMP do not follow into a child, but OpenMP does not know and would wait for them for ever.
-   function forked() result(answer)
-      logical :: answer
-      integer(c_int), save :: owner = 0 ! process whose threads were used first
-      integer(c_int) :: known, here
-      here = getpid()
-!$omp atomic read
-      known = owner
-      answer = known /= 0 .and. known /= here
-      if (known /= 0) return
-!$omp atomic write
-      owner = here
-   end function forked
 end module finshell_capi_element

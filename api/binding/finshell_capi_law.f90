@@ -73,7 +73,7 @@ contains
    function check(law, material, parameters, names, values, finding, status) result(code) bind(c, name='finshell_law_check')
       type(c_ptr), value :: law, material, names, values
       integer(c_int32_t), value :: parameters
-      type(c_finding_t), intent(inout), optional :: finding(n_findings)
+      type(c_finding_t), intent(inout), optional :: finding(*)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       type(environment_t) :: environment
@@ -122,7 +122,7 @@ contains
    function look_at(law, material, parameters, names, values, finding, status) result(code)
       type(c_ptr), intent(in) :: law, material, names, values
       integer(c_int32_t), intent(in) :: parameters
-      type(c_finding_t), intent(inout), optional :: finding(n_findings)
+      type(c_finding_t), intent(inout), optional :: finding(*)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_law_check'

@@ -8,10 +8,11 @@ module finshell_capi_sweep
 !$ use omp_lib, only: omp_get_max_threads, omp_get_thread_num, omp_in_parallel
    use finshell_batch, only: rotation_increment, rotation_quaternion, rotation_vector
    use finshell_capi_common, only: c_status_t, judge, refuse, refuse_memory
-   use finshell_capi_element, only: forked, most_threads
+   use finshell_capi_element, only: most_threads
    use finshell_capi_elements, only: c_elements_t, complaint, memcpy
    use finshell_capi_mesh, only: layout_t, patch_size
    use finshell_environment, only: environment_t, hold, release
+   use finshell_fork, only: forked
    use finshell_freedoms, only: n_corners, n_nodal, n_shell, uz
    use finshell_scatter, only: add_element_matrix
    use finshell_status, only: status_ok

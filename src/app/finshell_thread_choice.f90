@@ -2,6 +2,7 @@
 module finshell_thread_choice
    use finshell_assembly, only: paying_threads
    use finshell_blas_threads, only: to_openmp, wake_blas
+   use finshell_fork, only: forked
 !$ use omp_lib, only: omp_get_num_procs, omp_set_num_threads
    implicit none
    private
@@ -20,6 +21,9 @@ contains
 !$    if (wanted == 0) threads = max(1, min(threads, omp_get_num_procs() - other_work()))
       ! more than there are processors never pay, and very many cannot be created
 !$    threads = min(threads, max(omp_get_num_procs(), always_allowed))
+      if (threads > 1) then
+         if (forked()) threads = 1
+      end if
 !$    call omp_set_num_threads(threads)
       call to_openmp()
       call wake_blas()

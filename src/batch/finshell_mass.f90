@@ -104,7 +104,7 @@ contains
    pure function inertia_of(section, e, thickness, offset) result(inertia)
       type(section_t), intent(in) :: section
       integer, intent(in) :: e
-      real(wp), intent(in), optional :: thickness(:), offset(:)
+      real(wp), intent(in), optional :: thickness(*), offset(*)
       real(wp) :: inertia(3)
       if (present(thickness) .and. present(offset)) then
          inertia = own_inertia(section, thickness(e), offset(e))

@@ -5,6 +5,7 @@
 module finshell_blas_threads
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_null_char, &
                                           c_null_ptr, c_ptr
+   use finshell_fork, only: forked
    use finshell_kinds, only: dp
    use finshell_lapack, only: dpotrf
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel, omp_pause_resource_all, omp_pause_soft
@@ -41,6 +42,9 @@ contains
       integer :: threads, status
       threads = max(wanted, 1)
       !$ if (wanted == 0) threads = omp_get_max_threads()
+      if (threads > 1) then
+         if (forked()) threads = 1
+      end if
       if (threads > 1) then
          !$ if (.not. omp_in_parallel()) status = omp_pause_resource_all(omp_pause_soft)
       end if

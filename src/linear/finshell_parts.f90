@@ -12,6 +12,7 @@ module finshell_parts
    use finshell_direct_solver, only: direct_solver_t, pivots_t, threads_of
    use finshell_dissection, only: dissect, elimination_order, separator, sub_pattern
    use finshell_error, only: error_t, raise
+   use finshell_fork, only: forked
    use finshell_kinds, only: dp
    use finshell_lapack, only: dpotrf, dpotrs, dlauum, dsytrf, dsytrs, dtrmv
    use finshell_sparsity, only: sparsity_t
@@ -89,7 +90,7 @@ contains
       parts = maxval(part_of)
       allocate (self%part(parts))
       call to_openmp()
-      !$omp parallel do schedule(dynamic, 1) num_threads(parts) default(shared)
+      !$omp parallel do schedule(dynamic, 1) num_threads(members(parts)) default(shared)
       do k = 1, parts
          call analyse_part(self%part(k), pattern, part_of, k, place)
       end do
@@ -103,6 +104,13 @@ contains
       end do
       order = [order, self%between]
    end subroutine analyse
+
+   !> Threads for so many parts; one in the child of a process that had several.
+   integer function members(parts)
+      integer, intent(in) :: parts
+      members = parts
+      if (forked()) members = 1
+   end function members
 
    subroutine analyse_part(part, pattern, part_of, k, place)
       type(part_t), intent(inout) :: part
@@ -155,7 +163,7 @@ contains
          end do
       end do
       call to_openmp()
-      !$omp parallel do schedule(dynamic, 1) num_threads(size(self%part)) default(shared)
+      !$omp parallel do schedule(dynamic, 1) num_threads(members(size(self%part))) default(shared)
       do k = 1, size(self%part)
          call factorise_part(self%part(k), values, scale)
       end do
@@ -288,7 +296,7 @@ contains
       end if
       m = size(self%between)
       g = b(self%between, :)
-      !$omp parallel do schedule(dynamic, 1) num_threads(size(self%part)) default(shared)
+      !$omp parallel do schedule(dynamic, 1) num_threads(members(size(self%part))) default(shared)
       do k = 1, size(self%part)
          call forward(self%part(k), b)
       end do
@@ -301,7 +309,7 @@ contains
       if (m > 0 .and. .not. allocated(self%pivot)) call dpotrs('L', m, size(g, 2), self%schur, m, g, m, info)
       if (m > 0 .and. allocated(self%pivot)) call dsytrs('L', m, size(g, 2), self%schur, m, self%pivot, g, m, info)
       x(self%between, :) = g
-      !$omp parallel do schedule(dynamic, 1) num_threads(size(self%part)) default(shared)
+      !$omp parallel do schedule(dynamic, 1) num_threads(members(size(self%part))) default(shared)
       do k = 1, size(self%part)
          call backward(self%part(k), g, x)
       end do

@@ -2,6 +2,7 @@
 module finshell_visit
    use finshell_blas_threads, only: set_blas_threads, threads_of_blas
    use finshell_environment, only: environment_t, hold, release
+   use finshell_fork, only: forked
 !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    implicit none
    private
@@ -25,11 +26,16 @@ contains
       self%blas = threads_of_blas()
    end subroutine begin
 
-   !> So many threads, and the BLAS in the one that calls it.
+   !> So many threads, and the BLAS in the one that calls it. In the child of a process that had several: one.
    subroutine work_with(self, threads)
       class(visit_t), intent(in) :: self
       integer, intent(in) :: threads
-      !$ if (self%threads > 0) call omp_set_num_threads(threads)
+      integer :: team
+      team = threads
+      if (team > 1) then
+         if (forked()) team = 1
+      end if
+      !$ if (self%threads > 0) call omp_set_num_threads(team)
       if (self%blas > 1) call set_blas_threads(1)
    end subroutine work_with
 

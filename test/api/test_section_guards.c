@@ -45,7 +45,8 @@ static void section_create(const world *w, results *r)
    keep_status(r, finshell_section_create("mooney_rivlin", 2, rubber_names, rubber_values, 0.1, 0, NULL, NULL, &section, &status),
                &status);
    finshell_section_destroy(section);
-   keep_status(r, finshell_section_create("mooney_rivlin", 2, wrong, rubber_values, 0.1, 0, NULL, NULL, &section, &status), &status);
+   keep_status(r, finshell_section_create("mooney_rivlin", 2, wrong, rubber_values, 0.1, 0, NULL, NULL, &section, &status),
+               &status);
 }
 
 static void section_destroy(const world *w, results *r)
