@@ -2,9 +2,11 @@
 """Growth and thickness of elements with what else a run can do: restart, many runs, laws of shared libraries, derivatives, adaptive
 meshes. Each is compared with another way of saying the same, or with what must not change."""
 import csv
+import importlib.util
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -101,6 +103,51 @@ class Own(unittest.TestCase):
         row = self.solve(text + "&sensitivity monitor = 'tip' parameter = 'material.mu' name = 's' /\n")[-1]
         near = [self.solve(text, f"material.mu={x}")[-1]["tip"] for x in (0.999e4, 1.001e4)]
         self.assertAlmostEqual(row["s"] / ((near[1] - near[0]) / 20), 1, delta=1e-5)
+
+
+def dashpot(points, parameters, strain, begin):
+    """S = E e + h, dh/dt + h/tau = E de/dt, implicit Euler. States: strain and h."""
+    import numpy as np
+    stiff, tau = parameters
+    weight = 1 / (1 + points.time_step / tau)
+    h = weight * (begin[3:] + stiff * (strain - begin[:3]))
+    tangent = stiff * (1 + weight) * np.array([1, 1, 1, 0, 0, 0])[:, None] * np.ones(points.n)
+    energy = 0.5 * stiff * (strain * strain).sum(axis=0) + 0.5 * (h * h).sum(axis=0) / stiff
+    return energy, stiff * strain + h, tangent, np.concatenate([strain, h])
+
+
+@unittest.skipUnless(importlib.util.find_spec("numpy") and os.environ.get("FINSHELL_LIB"), "needs numpy and the library")
+class States(unittest.TestCase):
+    def test_states_of_grown_sections(self):
+        """A law that remembers, in a section that has grown by g all round: what it remembers counts from the stress-free state, so it is
+        what it is without growth; energy is g^3 times as much, resultants per reference length g times; twice as thick, twice."""
+        sys.path[:0] = [str(SOURCE / "api/python")]
+        import finshell
+        import numpy as np
+        law = finshell.Law("dashpot", dashpot, parameters={"stiff": 10.0, "tau": None}, states=6)
+        section = finshell.Section([finshell.Layer("neo_hookean", {"mu": 1.0}, 0.1), finshell.Layer(law, {"tau": 2.0}, 0.2, points=2)])
+        X = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], dtype=float)
+        g = 1.3
+        grown = {"growth": np.tile(finshell.growth(g, g, g), (2, 2, 1))}
+
+        def moved(a, b):
+            return X, X * [a - 1, b - 1, 0], np.zeros_like(X)
+        states = own = np.zeros((2, section.states))
+        free = section.evaluate(*moved(g, g), states=own, **grown)
+        self.assertLess(max(abs(free.force).max(), abs(free.states).max()), 1e-13)
+        for step in range(4):
+            when = {"time_step": 1.0 if step else 0.0, "time": float(step)}
+            plain = section.evaluate(*moved(1.1, 1.0), states=states, **when)
+            mine = section.evaluate(*moved(1.1 * g, g), states=own, **grown, **when)
+            thick = section.evaluate(*moved(1.1 * g, g), states=own, thickness=[0.6, 0.6], **grown, **when)
+            np.testing.assert_allclose(mine.states, plain.states, atol=1e-13)
+            np.testing.assert_allclose(thick.states, plain.states, atol=1e-13)
+            np.testing.assert_allclose(mine.energy, g**3 * plain.energy, rtol=1e-12)
+            np.testing.assert_allclose(thick.energy, 2 * mine.energy, rtol=1e-12)
+            states, own = plain.states, mine.states
+            forces = [section.recover(*at, states=s, **more).membrane_force
+                      for at, s, more in ((moved(1.1, 1.0), states, {}), (moved(1.1 * g, g), own, grown))]
+            np.testing.assert_allclose(forces[1], g * forces[0], atol=1e-12)
 
 
 if __name__ == "__main__":
