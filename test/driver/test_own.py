@@ -63,6 +63,15 @@ class Own(unittest.TestCase):
             self.assertIn("the mesh, or a file beside the input, is not that of the run of a", self.call("restart", "-q", "a", "--from", "2", code=2))
             (self.path / f"{n}.txt").write_text(numbers)
 
+    def test_check(self):
+        text = STRIP.format(law=RUBBER, section="thickness_field = 't' offset_ratio = 0.5") + GROWTH + "&field name = 't' over = 'x' points = 0, 0.15, 4, 0.05 /\n"
+        (self.path / "a.nml").write_text(text)
+        said = self.call("check", "a.nml")
+        for words in ("Thickness of elements from 0.541667E-01 to 0.145833", "Offset of elements from 0.270833E-01 to 0.729167E-01",
+                      "Growth of &growth number 1 (32 elements) at a factor of 1: along 1.05000, across 1.05000",
+                      "Prestretch of &growth number 2 (32 elements) at a factor of 1: along 1.10000, across 1.00000"):
+            self.assertIn(words, said)
+
     def test_many_runs(self):
         """Values of growth and of fields, side by side, are those of runs one by one."""
         text = STRIP.format(law=RUBBER, section="thickness_field = 't'") + GROWTH + "&field name = 't' value = 0.1 /\n"
