@@ -18,10 +18,9 @@ module finshell_element_sensitivity
    use finshell_kinds, only: i4, wp
    use finshell_load, only: load_gravity, load_traction
    use finshell_mesh, only: twice_area_vector
-   use finshell_section, only: thicker
    use finshell_state, only: state_t
    use finshell_status, only: status_not_converged, status_ok
-   use finshell_structure, only: structure_t
+   use finshell_structure, only: structure_t, thickness_of
    implicit none
    private
    public :: thickness_work, position_work, pieces_t, take_apart
@@ -69,21 +68,17 @@ contains
       real(wp) :: w(size(work)), e(size(work)), thickness(size(work))
       integer, parameter :: place(2) = [-1, 1]
       integer :: i, k
-      associate (sections => problem%structure%sections)
-         work = 0
-         energy = 0
-         do k = 1, size(place)
-            do i = 1, size(sections)
-               pieces%structure%sections(i) = thicker(sections(i), 1 + place(k)*small_part)
-            end do
-            call internal_work(problem, pieces, w, e, error)
-            if (allocated(error)) return
-            work = work + place(k)/(2*small_part)*w
-            energy = energy + place(k)/(2*small_part)*e
-         end do
-         pieces%structure%sections = sections
-         thickness = sections(problem%structure%element_section)%thickness
-      end associate
+      thickness = thickness_of(problem%structure, [(i, i=1, size(work))])
+      work = 0
+      energy = 0
+      do k = 1, size(place)
+         pieces%structure%thickness = (1 + place(k)*small_part)*thickness
+         call internal_work(problem, pieces, w, e, error)
+         if (allocated(error)) return
+         work = work + place(k)/(2*small_part)*w
+         energy = energy + place(k)/(2*small_part)*e
+      end do
+      pieces%structure%thickness = thickness
       call weight_work(problem, pieces, w, error)
       work = (work + w)/thickness
       energy = energy/thickness

@@ -58,6 +58,8 @@ contains
       allocate (self%problem)
       ! as many points through the thickness, also where their number hangs on what changes
       do i = 1, size(structure%sections)
+         ! and the thickness stretch of the same layer: where two meet at the surface of the nodes a small change takes the other
+         self%structure%sections(i)%midsurface_layer = structure%sections(i)%midsurface_layer
          do k = 1, size(structure%sections(i)%layers)
             call set_points(self%structure%sections(i)%layers(k), structure%sections(i)%layers(k)%points)
          end do

@@ -9,6 +9,7 @@ module finshell_check_report
    use finshell_linked_parts, only: check_held
    use finshell_load_resultant, only: resultant_of
    use finshell_mesh_report, only: print_mesh
+   use finshell_structure, only: structure_t
    use finshell_team, only: shared
    implicit none
    private
@@ -25,6 +26,7 @@ contains
       integer :: i
 
       call print_mesh(input%structure%mesh)
+      call print_own(input%structure)
       do i = 1, merge(0, size(input%structure%loads), shared(problem%team))
          resultant = resultant_of(i, input%structure, problem%equations, problem%state, problem%assembly)
          associate (load => input%structure%loads(i))
@@ -39,6 +41,30 @@ contains
          write (output_unit, '(a)') 'Rigid-body motions: none is free'
       end if
    end subroutine print_check
+
+   !> What elements have of their own: thickness, offset, growth.
+   subroutine print_own(structure)
+      type(structure_t), intent(in) :: structure
+      integer :: i
+      if (allocated(structure%thickness)) write (output_unit, '(a)') 'Thickness of elements '//span_of(structure%thickness)
+      if (allocated(structure%offset)) write (output_unit, '(a)') 'Offset of elements '//span_of(structure%offset)
+      if (.not. allocated(structure%growths)) return
+      do i = 1, size(structure%growths%list)
+         associate (growth => structure%growths%list(i))
+            write (output_unit, '(a)') trim(merge('Prestretch', 'Growth    ', growth%inverse))//' of &growth number '//text_of(i) &
+               //' ('//text_of(size(growth%elements))//' elements) at a factor of 1: along '//span_of(growth%stretch(1, :)) &
+               //', across '//span_of(growth%stretch(2, :))
+         end associate
+      end do
+   end subroutine print_own
+
+   !> The least and the largest.
+   function span_of(values) result(text)
+      real(wp), intent(in) :: values(:)
+      character(len=:), allocatable :: text
+      text = short(minval(values))
+      if (maxval(values) > minval(values)) text = 'from '//text//' to '//short(maxval(values))
+   end function span_of
 
    !> Three components, what is rounding as 0.
    function triple(vector) result(text)

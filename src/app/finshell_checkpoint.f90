@@ -172,7 +172,8 @@ contains
       call memo%carry(problem%half%solver%expect_definite)
    end subroutine carry_run
 
-   !> Changes when the mesh does, or directions and normals that were read beside the input.
+   !> Changes when the mesh does, or what elements have that may have been read beside the input: directions, normals, thickness,
+   !> offset, growth.
    pure function fingerprint(structure) result(print)
       type(structure_t), intent(in) :: structure
       integer(i8) :: print
@@ -186,6 +187,12 @@ contains
       end do
       if (allocated(structure%direction)) call add(structure%direction)
       if (allocated(structure%normal)) call add(reshape(structure%normal, [size(structure%normal), 1]))
+      if (allocated(structure%thickness)) call add(reshape(structure%thickness, [1, size(structure%thickness)]))
+      if (allocated(structure%offset)) call add(reshape(structure%offset, [1, size(structure%offset)]))
+      if (.not. allocated(structure%growths)) return
+      do i = 1, size(structure%growths%list)
+         call add(structure%growths%list(i)%stretch)
+      end do
 
    contains
 

@@ -168,13 +168,18 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(linear_change_t), intent(in), optional, target :: change
       type(field_t), allocatable :: points(:), cells(:)
-      integer :: i
+      integer :: i, k
       call fields_of(self, problem, state, recovery, points, cells, change)
       call self%file%append(row, points, cells, error)
       if (allocated(error)) return
       self%last_written = row%increment
       do i = 1, size(cells)
-         if (allocated(cells(i)%missing)) call count_gaps(gaps, cells(i)%name, cells(i)%missing)
+         if (.not. allocated(cells(i)%missing)) cycle
+         ! derivatives account for their gaps themselves (finshell_sensitivity)
+         if (allocated(self%more_cells)) then
+            if (any([(cells(i)%name == self%more_cells(k)%name, k=1, size(self%more_cells))])) cycle
+         end if
+         call count_gaps(gaps, cells(i)%name, cells(i)%missing)
       end do
    end subroutine append
 

@@ -188,10 +188,24 @@ contains
       call new_dead_load(dead, size(nodal, 2), by_release)
       dead%nodal = nodal
       dead%has_energy = .not. any(abs(nodal(rx:rz, :)) > 0)
-      call append(self%list, dead)
-      if (allocated(self%own)) call append(self%own, dead)
+      call put_release(self%list, dead)
+      if (allocated(self%own)) call put_release(self%own, dead)
       self%factors = max(self%factors, by_release)
    end subroutine let_go
+
+   !> Behind the others, or in the place of an earlier one: a state that is gone back to may let go what is there already.
+   subroutine put_release(list, dead)
+      type(load_item_t), allocatable, intent(inout) :: list(:)
+      type(dead_load_t), intent(in) :: dead
+      integer :: i
+      do i = 1, size(list)
+         if (list(i)%load%scaling /= by_release) cycle
+         deallocate (list(i)%load)
+         allocate (list(i)%load, source=dead)
+         return
+      end do
+      call append(list, dead)
+   end subroutine put_release
 
    !> Let the loads that follow the load factor and those of another factor change places.
    subroutine exchange(self, other)

@@ -60,6 +60,9 @@ contains
          do i = 1, size(e%moved)
             rate = rate + dot_product(nodal(:, e%moved(i)), motion_at(e, i, by_load_factor, problem%state))
          end do
+         ! what grows stores energy where nothing moves
+         if (watch%field%name == 'energy' .and. allocated(problem%structure%growths)) &
+            rate = rate + watch%factor*problem%growth%power
       end associate
    end subroutine find_gradient
 

@@ -10,7 +10,7 @@ module finshell_section
    implicit none
    private
    public :: section_t, layer_t, ply_t, new_section, new_layered_section, formulation_s, formulation_p
-   public :: points_by_law, usual_points, set_points, numbers_of, states_of, thicker
+   public :: points_by_law, usual_points, set_points, numbers_of, states_of
 
    !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
    integer, parameter :: formulation_s = 1, formulation_p = 2
@@ -164,30 +164,6 @@ contains
             + plies(i)%thickness*(natural(1) + natural(2) + 2*natural(3))/3
       end do
    end subroutine new_layered_section
-
-   !> The section with all layers so many times thicker; the offset of its middle stays.
-   pure function thicker(section, times) result(scaled)
-      type(section_t), intent(in) :: section
-      real(wp), intent(in) :: times !< > 0
-      type(section_t) :: scaled
-      real(wp) :: about(2)
-      integer :: i
-      scaled = section
-      scaled%thickness = times*section%thickness
-      scaled%natural_stiffness = times*section%natural_stiffness
-      associate (o => section%offset, m => section%inertia)
-         about = [m(2) - o*m(1), m(3) - 2*o*m(2) + o**2*m(1)]*[times**2, times**3]
-         scaled%inertia = [times*m(1), about(1) + o*times*m(1), about(2) + 2*o*about(1) + o**2*times*m(1)]
-         do i = 1, size(scaled%layers)
-            associate (layer => scaled%layers(i))
-               layer%thickness = times*layer%thickness
-               layer%middle = o + times*(layer%middle - o)
-               layer%z = o + times*(layer%z - o)
-               layer%weight = times*layer%weight
-            end associate
-         end do
-      end associate
-   end function thicker
 
    !> Gauss points that a layer of this law needs where none are given (doc/switches.md): the error of the moment stays below 1e-4
    !> where bending turns the curvature of the reference over (a change of 2/R), for laws of rubber.

@@ -82,6 +82,12 @@ contains
                     //': &accuracy: a model that is taken step by step keeps its mesh; leave the group out, or use the program')
          return
       end if
+      if (size(self%input%sensitivities) > 0) then
+         call raise(error, status_input_error, self%input%file//':'//text_of(self%input%sensitivities(1)%line) &
+                    //': &sensitivity: derivatives stand in the results of the program; a model that is taken step by step has '// &
+                    'none: leave the group out, or use the program')
+         return
+      end if
       call apply_given(self%input, error)
       if (allocated(error)) return
       associate (input => self%input, structure => self%input%structure)

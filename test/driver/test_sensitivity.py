@@ -69,6 +69,12 @@ AIRBAG = f"""&mesh generator = 'rectangle' lengths = 0.424264068712, 0.424264068
 &step {EXACT} /
 &monitor name = 'pole' quantity = 'displacement' component = 'z' node_set = 'corner_x0_y0' /
 """
+# elements with a thickness of their own, and a sheet that was stretched and grows: what stores energy where nothing moves
+TAPER = STRIP.replace("&section", "&field name = 't' over = 'x' points = 0.0, 0.15, 4.0, 0.05 /\n&section").replace(
+    "thickness = 0.1", "thickness = 0.1, 0.2 thickness_field = 't' offset = 0.02") \
+    + "&load type = 'gravity' vector = 0.0, 0.5, 20.0 /\n&monitor name = 'energy' quantity = 'energy' /\n"
+GROWING = STRIP.replace("thickness = 0.1", "thickness = 0.04, 0.06") + "&growth growth = 1.05 layer = 1 /\n&growth prestretch = 1.1, 1.0 constant = .true. /\n" \
+    "&load type = 'gravity' vector = 0.0, 0.5, 3.0 constant = .true. /\n&monitor name = 'energy' quantity = 'energy' /\n"
 # input, monitors, parameters: value and what a run sets
 WHOLE_RUNS = {
     "load": (SPHERE + LOAD, ("volume", "pole", "energy", "thin", "base"),
@@ -80,6 +86,10 @@ WHOLE_RUNS = {
     "arc-length": (ARC, ("tip",), {"material.mu": (1e4, ""), "section.thickness": (0.1, "")}),
     "joints": (JOINED, ("tip",), {"material.mu": (1e4, ""), "section.thickness": (0.1, ""), "node.position(1)": (4.5, "node.position={} 0.5 0.2")}),
     "chamber": (BALLOON, ("pole",), {"section.thickness": (3e-4, ""), "chamber.ambient": (101325.0, ""), "mesh.radius": (0.1, "")}),
+    "taper": (TAPER, ("tip", "energy"), {"material.mu": (1e4, ""), "section.offset": (0.02, ""),
+                                         "field.points(2)": (0.15, "field.points=0 {} 4 0.05")}),
+    "growth": (GROWING, ("tip", "energy", "strain"), {"section.thickness(1)": (0.04, "section.thickness={} 0.06"),
+                                                      "growth[2].prestretch(1)": (1.1, "growth[2].prestretch={} 1")}),
     "wrinkles": (AIRBAG, ("pole",), {"material.nu": (0.4, ""), "load.pressure": (5000.0, "")}),
 }
 
@@ -140,6 +150,20 @@ class Differences(Runs):
         self.assertAlmostEqual(turned["s_load_factor_0"] / change, 1, places=6)
         for m in ("volume", "pole"):
             self.assertAlmostEqual(turned[f"s_{m}_0"] / (free[f"s_{m}_0"] + change * slope[m]), 1, places=4)
+
+    def test_fixed_energy_of_growth(self):
+        """Growth changes the stored energy by the load factor itself, not by what moves alone."""
+        free = self.rows(GROWING + wanted(("energy",), ("material.mu",)))[-1]["s_energy_0"]
+        found = self.rows(GROWING + wanted(("load_factor",), ("material.mu",), "fixed = 'energy'"))[-1]["s_load_factor_0"]
+        near = [self.rows(GROWING, f"step.load_factor={x}")[-1]["energy"] for x in (0.999, 1.001)]
+        self.assertAlmostEqual(found / (-free / ((near[1] - near[0]) / 2e-3)), 1, places=6)
+
+    def test_equal_layers(self):
+        """Two layers that meet at the surface of the nodes: a thinner first one, as the least step of a run has it on that side alone."""
+        text = GROWING.replace("0.04, 0.06", "0.05, 0.05")
+        found = self.rows(text + wanted(("tip",), ("section.thickness(1)",)))[-1]["s_tip_0"]
+        tips = [self.rows(text, f"section.thickness={0.05 - k * 5e-5!r} 0.05")[-1]["tip"] for k in range(5)]
+        self.assertAlmostEqual(found / (np.dot([25, -48, 36, -16, 3], tips) / 12 / 5e-5), 1, places=7)
 
 
 class Sphere(Runs):
@@ -218,6 +242,32 @@ class Fields(Runs):
         field = self.fields("s_tip_0")[1]
         tips = [self.rows(text, f"section[2].thickness={x!r}")[-1]["tip"] for x in (0.0999, 0.1001)]
         self.assertAlmostEqual(field[6] / ((tips[1] - tips[0]) / 2e-4), 1, places=5)
+
+
+    def test_growth(self):
+        """The pieces have grown as the structure has: both layers thicker alike, all nodes farther along x, by whole runs."""
+        self.rows(GROWING + wanted(("tip", "energy"), ("element_thickness", "node_position")))
+        x, *found = self.fields(*[f"s_{m}_{i}" for m in ("tip", "energy") for i in (0, 1)])
+        for case, sums, setting in (("thickness", [f.sum() * 0.1 for f in found[::2]], lambda a: f"section.thickness={0.04 * a!r} {0.06 * a!r}"),
+                                    ("position", [(f * x)[:, 0].sum() for f in found[1::2]], lambda a: f"mesh.lengths={4 * a!r} 1")):
+            rows = [self.rows(GROWING, setting(1 + k * 1e-3))[-1] for k in (-2, -1, 1, 2)]
+            for m, value in zip(("tip", "energy"), sums):
+                with self.subTest(case, monitor=m):
+                    self.assertAlmostEqual(value / (np.dot([1, -8, 8, -1], [row[m] for row in rows]) / 12e-3), 1, places=5)
+
+    def test_thickness_of_one_element(self):
+        """Elements with a thickness of their own: one of them, varied by whole runs."""
+        text = TAPER.replace("over = 'x' points = 0.0, 0.15, 4.0, 0.05", "file = 't.txt'")
+        values = [0.1 + 0.05 * (7 * i % 11) / 11 for i in range(32)]
+
+        def rows(change=0.0, more=""):
+            (self.path / "t.txt").write_text("".join(f"{v + change * (i == 13)!r}\n" for i, v in enumerate(values)))
+            return self.rows(text + more)[-1]
+        rows(0.0, wanted(("tip", "energy"), ("element_thickness",)))
+        found = self.fields("s_tip_0", "s_energy_0")[1:]
+        near = [rows(k * 1e-4) for k in (-2, -1, 1, 2)]
+        for m, field in zip(("tip", "energy"), found):
+            self.assertAlmostEqual(field[13] / (np.dot([1, -8, 8, -1], [row[m] for row in near]) / 12e-4), 1, places=7)
 
 
 class Path_(Runs):

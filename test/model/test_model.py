@@ -116,6 +116,24 @@ class LikeTheDriver(unittest.TestCase):
         for column, values in straight.history.items():
             np.testing.assert_array_equal(values, back.history[column], err_msg=column)
 
+    def test_back_into_what_is_let_go(self):
+        # growth and a load leave before the second step, in several increments: each is gone back to, and done again
+        def model():
+            return (builder().load(type="gravity", vector=[0, 0, 0.3], constant=True, until_step=1).load(type="gravity", vector=[0, 0, 1e-4])
+                    .group("growth", growth=[1.01, 1.0], constant=True, until_step=1).group("growth", growth=[1.02, 1.0])
+                    .step(tolerance="tight").step(load_factor=2.0, tolerance="tight", maximum_iterations=6).model())
+        straight, back = model(), model()
+        straight.run()
+        while not back.record.finished:
+            back.checkpoint(1)
+            back.advance()
+            back.restore(1)
+            back.advance()
+        self.assertGreater(np.count_nonzero(straight.history["load_factor"] == 1), 2)
+        for column, values in straight.history.items():
+            np.testing.assert_array_equal(values, back.history[column], err_msg=column)
+        np.testing.assert_array_equal(straight.field("stress"), back.field("stress"))
+
 
 class Host(unittest.TestCase):
     def test_forces_at_rest(self):
@@ -295,6 +313,10 @@ class Manners(unittest.TestCase):
     def test_errors(self):
         with self.assertRaisesRegex(finshell.Error, r"input:\d+: &material: unknown key colour"):
             builder().material("n", law="neo_hookean", mu=1.0, colour=1).step().model()
+        with self.assertRaisesRegex(finshell.Error, "&sensitivity: derivatives stand in the results of the program; a model that is taken step by step has none: leave the group out, or use the program"):
+            static().group("sensitivity", monitor="w", parameter="section.thickness").model()
+        with self.assertRaisesRegex(finshell.Error, r"input:\d+: &accuracy: a model that is taken step by step keeps its mesh"):
+            static().group("accuracy", monitor="w").model()
         with self.assertRaisesRegex(finshell.Error, "nowhere.nml"):
             finshell.Model("nowhere.nml")
         for wrong in ({}, {"text": "&job /", "mesh": ([[0, 0]], [[0, 1, 2]])}, {"text": "&job /", "sets": [("a", 0, [1])]}):
