@@ -1,6 +1,6 @@
 !> C interface: laws of the caller's, and what laws remember. See finshell.h for what the functions promise.
 module finshell_capi_law
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int32_t, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int32_t, c_ptr
    use finshell_capi_builder, only: builder_t, give_law, receive_builder
    use finshell_capi_common, only: accept, c_status_t, refuse, store_text, text_from
    use finshell_capi_elements, only: receive_section
@@ -71,9 +71,8 @@ contains
    end function layer_states
 
    function check(law, material, parameters, names, values, finding, status) result(code) bind(c, name='finshell_law_check')
-      type(c_ptr), value :: law, material, names, values
+      type(c_ptr), value :: law, material, names, values, finding
       integer(c_int32_t), value :: parameters
-      type(c_finding_t), intent(inout), optional :: finding(*)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       type(environment_t) :: environment
@@ -120,14 +119,14 @@ contains
    end function described_law
 
    function look_at(law, material, parameters, names, values, finding, status) result(code)
-      type(c_ptr), intent(in) :: law, material, names, values
+      type(c_ptr), intent(in) :: law, material, names, values, finding
       integer(c_int32_t), intent(in) :: parameters
-      type(c_finding_t), intent(inout), optional :: finding(*)
       type(c_status_t), intent(out), optional :: status
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_law_check'
       class(material_t), allocatable :: made
       type(finding_t) :: list(n_findings)
+      type(c_finding_t), pointer :: shown(:)
       type(error_t), allocatable :: error, refusal
       type(description_t) :: description
       character(len=name_length), allocatable :: words(:)
@@ -152,14 +151,15 @@ contains
       end if
       call check_law(made, list)
       code = accept(status)
-      if (present(finding)) then
+      if (c_associated(finding)) then
+         call c_f_pointer(finding, shown, [n_findings])
          do i = 1, n_findings
-            call store_text(list(i)%name, name_size, finding(i)%name)
-            call store_text(list(i)%meaning, meaning_size, finding(i)%meaning)
-            finding(i)%found = list(i)%found
-            finding(i)%allowed = list(i)%allowed
-            finding(i)%passed = merge(1, 0, list(i)%passed)
-            finding(i)%padding = 0
+            call store_text(list(i)%name, name_size, shown(i)%name)
+            call store_text(list(i)%meaning, meaning_size, shown(i)%meaning)
+            shown(i)%found = list(i)%found
+            shown(i)%allowed = list(i)%allowed
+            shown(i)%passed = merge(1, 0, list(i)%passed)
+            shown(i)%padding = 0
          end do
       end if
       if (all(list%passed)) return

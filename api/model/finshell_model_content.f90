@@ -152,6 +152,7 @@ contains
       call visit%begin()
       call find_model(handle, 'finshell_model_destroy', model, code, status)
       if (code == 0) then
+         call visit%work_with(model%session%threads)
          call close_files(model%session, error)
          code = report(status, 'finshell_model_destroy', error)
          call free_model(handle)

@@ -31,9 +31,11 @@ class Part:
         text = re.sub(r"/\*.*?\*/", " ", self.code, flags=re.S)
         text = re.sub(r"^\s*#(.*\\\n)*.*$", "", text, flags=re.M)
         for statement in statements(text):
-            name = re.search(r"\(\s*\*\s*(finshell_\w+)\s*\)", statement) if statement.startswith("typedef") else None
+            # of a pointer to a function; of a function
+            name = (re.search(r"\(\s*\*\s*(finshell_\w+)\s*\)|^[^({]*\b(finshell_\w+)\s*\(", statement)
+                    if statement.startswith("typedef") else None)
             if name or statement.startswith("typedef"):
-                yield (name or re.search(r"(\w+)\W*$", statement)).group(1), False
+                yield (name or re.search(r"(\w+)\W*$", statement)).group(name.lastindex if name else 1), False
             elif re.match(r"(struct|union)\b", statement) and "(" not in statement.partition("{")[0]:
                 yield re.search(r"(finshell_\w+)", statement).group(1), False
             elif "(" in statement and not statement.startswith("enum"):

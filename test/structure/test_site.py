@@ -152,6 +152,9 @@ static inline int32_t finshell_c(int32_t i) { return finshell_b(0, 0) ? i : 0; }
 /* The last one. */
 void finshell_d(void);
 
+/* A kind of function. */
+typedef void finshell_kind(int32_t n, double *codes);
+
 #ifdef __cplusplus
 }
 #endif
@@ -180,6 +183,7 @@ class Undocumented(unittest.TestCase):
                 ("/* One. */", "/* */", "19: finshell_b has no comment of its own (one that begins a line, before it)"),
                 ("/* In the header. */", "", "30: finshell_c has no comment of its own (one that begins a line, before it)"),
                 ("/* A call. */", "", "22: finshell_law has no comment of its own (one that begins a line, before it)"),
+                ("/* A kind of function. */", "", "36: finshell_kind has no comment of its own (one that begins a line, before it)"),
                 ("Since 0.1", "", "13: finshell_a has no \"Since\" with the version that brought it")):
             self.assertEqual(self.in_header(HEADER.replace(old, new)), [sentence])
 

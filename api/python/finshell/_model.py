@@ -118,27 +118,27 @@ class Builder:
         return self
 
     def material(self, name: str, /, **keys: Any) -> "Builder":
-        """Add a material: a law and its parameters."""
+        """A group &material."""
         return self.group("material", name=name, **keys)
 
     def section(self, **keys: Any) -> "Builder":
-        """Add a section: material, thickness, ..."""
+        """A group &section."""
         return self.group("section", **keys)
 
     def support(self, node_set: str, /, **keys: Any) -> "Builder":
-        """Add a support of a node set: `type` or `fixed` and values."""
+        """A group &support of a node set."""
         return self.group("support", node_set=node_set, **keys)
 
     def load(self, **keys: Any) -> "Builder":
-        """Add a load: `type`, set, `vector` or `pressure`, ..."""
+        """A group &load."""
         return self.group("load", **keys)
 
     def step(self, **keys: Any) -> "Builder":
-        """Add a step: `control`, `load_factor`, ..."""
+        """A group &step; steps are done in the order in which they were added."""
         return self.group("step", **keys)
 
     def monitor(self, name: str, /, **keys: Any) -> "Builder":
-        """Add a monitor, a column of the history."""
+        """A group &monitor, a column of the history."""
         return self.group("monitor", name=name, **keys)
 
     def model(self, folder: Union[str, os.PathLike[str]] = ".", **options: Any) -> "Model":
