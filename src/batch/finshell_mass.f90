@@ -36,7 +36,7 @@ contains
       integer :: c, e, i, j, p, q
 
       do e = 1, n
-         inertia = inertia_of(section, n, e, thickness, offset)
+         inertia = inertia_of(section, e, thickness, offset)
          call measure(inertia, x(:, :, e), area, normal, status(e))
          if (present(thickness)) call judge_thickness(thickness(e), status(e))
          if (present(lumped)) lumped(:, e) = 0
@@ -82,7 +82,7 @@ contains
       integer :: e, i, j
 
       do e = 1, n
-         inertia = inertia_of(section, n, e, thickness)
+         inertia = inertia_of(section, e, thickness)
          call measure(inertia, x(:, :, e), area, normal, status(e))
          if (present(thickness)) call judge_thickness(thickness(e), status(e))
          if (status(e) /= status_ok) then
