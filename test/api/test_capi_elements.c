@@ -99,8 +99,8 @@ static void sizes(void)
       for (int i = 0; i < 3; i++) straight[e][i] = (e + i) % 2;
    b.straight = straight[0];
 
-   CHECK(sizeof b == 8 + 4 * 4 + 11 * sizeof(void *) && offsetof(finshell_elements, X) == 24);
-   CHECK(offsetof(finshell_elements, growth) == sizeof b - sizeof(void *));
+   CHECK(sizeof b == 8 + 4 * 4 + 13 * sizeof(void *) + 2 * sizeof(double) && offsetof(finshell_elements, X) == 24);
+   CHECK(offsetof(finshell_elements, time_step) == sizeof b - sizeof(double));
    for (size_t size = 0; size <= sizeof b; size++) {
       /* of exactly this size: who reads beyond its end is caught by the sanitizers */
       finshell_elements *part = malloc(size < 8 ? 8 : size);
