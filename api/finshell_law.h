@@ -20,6 +20,16 @@
 #define FINSHELL_LAW_EXPORT
 #endif
 
+/* Whether two names are the same; capitals do not matter. Since 0.1. */
+static inline int finshell_same_name(const char *a, const char *b)
+{
+   for (; *a || *b; a++, b++) {
+      const char x = (char)(*a >= 'A' && *a <= 'Z' ? *a + 32 : *a), y = (char)(*b >= 'A' && *b <= 'Z' ? *b + 32 : *b);
+      if (x != y) return 0;
+   }
+   return 1;
+}
+
 /* The law of this name; without a name the only one. NULL: there is none, and the message says what there is.
  * Since 0.1. */
 static inline const finshell_law *finshell_find_law(const finshell_law *laws, size_t n, const char *name, char *message, int32_t size)
@@ -27,7 +37,7 @@ static inline const finshell_law *finshell_find_law(const finshell_law *laws, si
    size_t i;
    if (name[0] == '\0' && n == 1) return laws;
    for (i = 0; i < n; i++)
-      if (strcmp(laws[i].name, name) == 0) return laws + i;
+      if (finshell_same_name(laws[i].name, name)) return laws + i;
    if (size > 0) {
       size_t left = (size_t)size - 1;
       message[0] = '\0';
