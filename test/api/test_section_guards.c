@@ -280,6 +280,16 @@ static void find_law(const world *w, results *r)
    }
 }
 
+static void same_name(const world *w, results *r)
+{
+   static const char *const other[] = {"prony", "PRONY", "pron", "prony2", ""};
+   (void)w;
+   for (int i = 0; i < 5; i++) {
+      int value = finshell_same_name("Prony", other[i]);
+      KEEP(value);
+   }
+}
+
 /* Not functions of the headers: what a law of the caller's does under the same guards, in threads of the library as well. */
 static void law_in_elements(const world *w, results *r)
 {
@@ -310,7 +320,7 @@ static const entry all[] = {
    ENTRY(section_create), ENTRY(section_destroy), ENTRY(section_freedoms), ENTRY(section_properties), ENTRY(section_layer),
    ENTRY(section_parameter), ENTRY(section_stiffness), ENTRY(section_states), ENTRY(section_layer_states),
    ENTRY(builder_begin), ENTRY(builder_destroy), ENTRY(builder_layer), ENTRY(builder_law), ENTRY(builder_own_law),
-   ENTRY(builder_option), ENTRY(builder_build), ENTRY(law_check), ENTRY(find_law),
+   ENTRY(builder_option), ENTRY(builder_build), ENTRY(law_check), ENTRY(find_law), ENTRY(same_name),
    {"a law in elements", law_in_elements},
 };
 
