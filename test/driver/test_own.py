@@ -72,6 +72,16 @@ class Own(unittest.TestCase):
                       "Prestretch of &growth number 2 (32 elements) at a factor of 1: along 1.10000, across 1.00000"):
             self.assertIn(words, said)
 
+    def test_derivatives_of_a_restart(self):
+        """A run may go on with derivatives that it was not begun with."""
+        text = STRIP.format(law=RUBBER, section="") + GROWTH + "&output restart = 'every' /\n"
+        more = text + "&sensitivity monitor = 'tip' parameter = 'material.mu' name = 's' /\n"
+        whole = self.solve(more, name="b")
+        self.solve(text)
+        (self.path / "more.nml").write_text(more)
+        self.call("restart", "-q", "a", "more.nml", "--from", "2")
+        self.assertEqual([row["s"] for row in self.rows("more")[-2:]], [row["s"] for row in whole[-2:]])
+
     def test_many_runs(self):
         """Values of growth and of fields, side by side, are those of runs one by one."""
         text = STRIP.format(law=RUBBER, section="thickness_field = 't'") + GROWTH + "&field name = 't' value = 0.1 /\n"

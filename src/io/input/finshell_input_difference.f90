@@ -9,7 +9,7 @@ module finshell_input_difference
    public :: compare_inputs
 
    !> Groups that are free, and keys of &step; all others are those of the run.
-   character(len=*), parameter :: free_groups = ', job, monitor, probe, output, accuracy,'
+   character(len=*), parameter :: free_groups = ', job, monitor, sensitivity, probe, output, accuracy,'
    character(len=*), parameter :: free_of_step = ', tolerance, residual_tolerance, correction_tolerance, maximum_iterations, ' &
       //'mixed, rotation_limit, largest_increment, smallest_increment, maximum_increments, maximum_cuts, growth, ' &
       //'wanted_iterations, extrapolate, tangent_predictor, switch_control, descent, cautious, snap, patience, ' &
