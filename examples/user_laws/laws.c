@@ -1,7 +1,7 @@
 /* Three laws of one's own, in C: cc -O3 -fPIC -shared -I/where/finshell.h/is laws.c -o liblaws.so -lm
  *
  *    finshell check-law ./liblaws.so#arruda_boyce
- *    &material name = 'rubber' law = 'plugin' library = './liblaws.so' entry = 'arruda_boyce' mu = 0.3 lock = 5.0 /
+ *    &material name = 'rubber' law = 'arruda_boyce' library = './liblaws.so' mu = 0.3 lock = 5.0 /
  *
  * arruda_boyce   incompressible, in space: the eight-chain model, Arruda & Boyce, J. Mech. Phys. Solids 41 (1993) 389, its series in
  *                five terms: W = mu sum C_k/N^(k-1) (I1^k - 3^k)
