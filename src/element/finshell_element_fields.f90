@@ -21,7 +21,7 @@ module finshell_element_fields
    private
    public :: element_fields, find_element_field, surface_stress, n_element_fields
 
-   integer, parameter :: n_element_fields = 19
+   integer, parameter :: n_element_fields = 20
 
 contains
 
@@ -66,7 +66,9 @@ contains
          field('wrinkle_ridge', 'x, y, z', at_element, '-', wrinkle_ridge, &
                'of membranes: along the ridges of wrinkles; zero where there are none', change=change_none), &
          field('slack_energy_density', '', at_element, 'energy/volume', slack_energy_density, &
-               'of membranes: part of energy_density, of what is left to compression', change=change_quadratic)]
+               'of membranes: part of energy_density, of what is left to compression', change=change_quadratic), &
+         field('thickness', '', at_element, 'length', thickness, &
+               'of the whole section, in the reference state', change=change_none)]
    end function element_fields
 
    pure subroutine thickness_stretch(section, r, place, values, status)
@@ -290,6 +292,16 @@ contains
          status = max(status, status_no_value)
       end if
    end subroutine slack_energy_density
+
+   pure subroutine thickness(section, r, place, values, status)
+      type(section_t), intent(in) :: section
+      type(recovered_t), intent(in) :: r
+      integer, intent(in) :: place
+      real(wp), intent(inout), contiguous :: values(:, :)
+      integer(i4), intent(inout) :: status(lanes)
+      values(:, 1) = section%thickness
+      if (r%own%sized) values(:, 1) = r%own%ratio*section%thickness
+   end subroutine thickness
 
    pure subroutine principal_values(raw, frame, values)
       real(wp), intent(in) :: raw(:), frame(3, 2)
