@@ -1,6 +1,6 @@
 !> The command check-law: what is found about a material law, a line each.
 module finshell_law_report
-   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_halting_mode, ieee_usual
+   use, intrinsic :: ieee_exceptions, only: ieee_set_halting_mode, ieee_usual
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use finshell_error, only: error_t
    use finshell_kinds, only: wp
@@ -27,9 +27,9 @@ contains
       character(len=name_length), allocatable :: names(:)
       real(wp), allocatable :: values(:)
       character(len=:), allocatable :: name, complaint
-      logical :: halting(size(ieee_usual))
       integer :: i
 
+      call ieee_set_halting_mode(ieee_usual, .false.) ! as in the preset debug: numbers that are none are to be found
       code = exit_input
       name = options%input
       if (.not. (is_plugin(name) .or. any(material_names() == name)) .and. scan(name, './#') > 0) then
@@ -55,10 +55,7 @@ contains
       write (output_unit, '(a)') ''
       if (law%states > 0) write (output_unit, '(a,i0,a)') 'It remembers ', law%states, &
          ' numbers at each point; it is looked at in a step of no time from zeros.'
-      call ieee_get_halting_mode(ieee_usual, halting)
-      call ieee_set_halting_mode(ieee_usual, .false.) ! as in the preset debug
       call check_law(law, list)
-      call ieee_set_halting_mode(ieee_usual, halting)
       do i = 1, n_findings
          write (output_unit, '(2x,a,2x,a14,es10.1,a,es8.1,3x,a)') merge('ok  ', 'FAIL', list(i)%passed), list(i)%name, &
             list(i)%found, ' of', list(i)%allowed, trim(list(i)%meaning)

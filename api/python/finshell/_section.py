@@ -66,7 +66,7 @@ class SectionBase:
 
     def __init__(self, material: Union[str, Law, Sequence[Layer]], parameters: Optional[Mapping[str, float]] = None,
                  thickness: float = 0.0, **options: float) -> None:
-        """One layer, of a law, its parameters and a thickness; or a list of `Layer`s, bottom to top.
+        """One layer, of a law, its parameters and a thickness; or a list of layers (`Layer`), bottom to top.
 
         Options: formulation (1: S, 2: P), beta0, arc (1 or 0), offset, membrane, wrinkling (True or False), slack; of one layer
         given by its law thickness_points and density, too.
