@@ -5,7 +5,7 @@ module finshell_model_content
    use finshell_error, only: error_t, raise
    use finshell_mesh, only: add_edge_set, add_element_set, add_node_set, find_element_set, find_node_set, mesh_t, new_mesh
    use finshell_model_handle, only: free_model, model_t, new_model, store, text_at
-   use finshell_model_status, only: done, find_model, model_status_t, refuse, report
+   use finshell_model_status, only: done, enter, model_status_t, refuse, report
    use finshell_session_files, only: close_files
    use finshell_session_texts, only: text_about
    use finshell_status, only: status_invalid_argument, status_out_of_memory
@@ -149,10 +149,8 @@ contains
          return
       end if
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_destroy', model, code, status)
+      call enter(visit, handle, 'finshell_model_destroy', model, code, status)
       if (code == 0) then
-         call visit%work_with(model%session%threads)
          call close_files(model%session, error)
          code = report(status, 'finshell_model_destroy', error)
          call free_model(handle)
@@ -169,12 +167,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_sizes', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = count_all(model, numbers, status)
-      end if
+      call enter(visit, handle, 'finshell_model_sizes', model, code, status)
+      if (code == 0) code = count_all(model, numbers, status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function sizes
@@ -188,12 +182,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_text', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = give_text(model, what, buffer, size, length, status)
-      end if
+      call enter(visit, handle, 'finshell_model_text', model, code, status)
+      if (code == 0) code = give_text(model, what, buffer, size, length, status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function text
@@ -206,12 +196,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_mesh_arrays', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = show_mesh(model, coordinates, triangles)
-      end if
+      call enter(visit, handle, 'finshell_model_mesh_arrays', model, code, status)
+      if (code == 0) code = show_mesh(model, coordinates, triangles)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function mesh_arrays
@@ -226,12 +212,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_set_members', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = show_set(model, kind, name, number, members, status)
-      end if
+      call enter(visit, handle, 'finshell_model_set_members', model, code, status)
+      if (code == 0) code = show_set(model, kind, name, number, members, status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function set_members

@@ -3,7 +3,7 @@ module finshell_model_results
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int32_t, c_loc, c_ptr
    use finshell_error, only: error_t
    use finshell_model_handle, only: model_t, text_at
-   use finshell_model_status, only: find_model, model_status_t, refuse, report
+   use finshell_model_status, only: enter, model_status_t, refuse, report
    use finshell_session_fields, only: look
    use finshell_session_files, only: write_state
    use finshell_visit, only: visit_t
@@ -28,12 +28,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_field', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = show_field(model, name, mode, array, status)
-      end if
+      call enter(visit, handle, 'finshell_model_field', model, code, status)
+      if (code == 0) code = show_field(model, name, mode, array, status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function field
@@ -47,12 +43,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_history', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = show_history(model, rows, columns, values)
-      end if
+      call enter(visit, handle, 'finshell_model_history', model, code, status)
+      if (code == 0) code = show_history(model, rows, columns, values)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function history
@@ -64,12 +56,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_write', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = write_now(model, name, status)
-      end if
+      call enter(visit, handle, 'finshell_model_write', model, code, status)
+      if (code == 0) code = write_now(model, name, status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function write_results

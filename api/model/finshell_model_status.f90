@@ -4,9 +4,10 @@ module finshell_model_status
    use finshell_error, only: error_t
    use finshell_model_handle, only: model_of, model_t, store
    use finshell_status, only: status_invalid_argument, status_not_converged, status_ok
+   use finshell_visit, only: visit_t
    implicit none
    private
-   public :: model_status_t, done, refuse, report, find_model
+   public :: model_status_t, done, refuse, report, enter
 
    integer, parameter :: message_length = 1016 !< as in finshell_model.h
 
@@ -53,6 +54,19 @@ contains
       if (code == status_ok) code = status_not_converged
       call fill(status, code, place//': '//error%message)
    end function report
+
+   !> A call about a model begins, and works with as many threads as the model has. The visit is to be left, whatever the code.
+   subroutine enter(visit, pointer, place, model, code, status)
+      type(visit_t), intent(inout) :: visit
+      type(c_ptr), intent(in) :: pointer
+      character(len=*), intent(in) :: place
+      type(model_t), pointer, intent(out) :: model
+      integer(c_int32_t), intent(out) :: code
+      type(model_status_t), intent(out), optional :: status
+      call visit%begin()
+      call find_model(pointer, place, model, code, status)
+      if (code == status_ok) call visit%work_with(model%session%threads)
+   end subroutine enter
 
    !> The model of a pointer; null, and a code, when it is none.
    subroutine find_model(pointer, place, model, code, status)

@@ -5,7 +5,7 @@ module finshell_model_steps
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int32_t, c_ptr
    use finshell_error, only: error_t
    use finshell_model_handle, only: model_t, slots, store, text_at
-   use finshell_model_status, only: find_model, model_status_t, refuse, report
+   use finshell_model_status, only: enter, model_status_t, refuse, report
    use finshell_session_memory, only: go_back, remember
    use finshell_visit, only: visit_t
    implicit none
@@ -29,12 +29,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_state', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = tell(model, record)
-      end if
+      call enter(visit, handle, 'finshell_model_state', model, code, status)
+      if (code == 0) code = tell(model, record)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function state
@@ -48,12 +44,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_advance', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = move_on(model, size, record, status)
-      end if
+      call enter(visit, handle, 'finshell_model_advance', model, code, status)
+      if (code == 0) code = move_on(model, size, record, status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function advance
@@ -66,12 +58,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_settle', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = settle_in(model, record, status)
-      end if
+      call enter(visit, handle, 'finshell_model_settle', model, code, status)
+      if (code == 0) code = settle_in(model, record, status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function settle
@@ -84,12 +72,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_set_force', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = take_force(model, node_set, number, values, status)
-      end if
+      call enter(visit, handle, 'finshell_model_set_force', model, code, status)
+      if (code == 0) code = take_force(model, node_set, number, values, status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function set_force
@@ -103,12 +87,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_set_displacement', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = take_displacement(model, node_set, component, number, values, status)
-      end if
+      call enter(visit, handle, 'finshell_model_set_displacement', model, code, status)
+      if (code == 0) code = take_displacement(model, node_set, component, number, values, status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function set_displacement
@@ -121,12 +101,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_checkpoint', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = keep(model, slot, .true., status)
-      end if
+      call enter(visit, handle, 'finshell_model_checkpoint', model, code, status)
+      if (code == 0) code = keep(model, slot, .true., status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function checkpoint
@@ -139,12 +115,8 @@ contains
       type(visit_t) :: visit
       type(model_t), pointer :: model
 !$omp critical (finshell_models)
-      call visit%begin()
-      call find_model(handle, 'finshell_model_restore', model, code, status)
-      if (code == 0) then
-         call visit%work_with(model%session%threads)
-         code = keep(model, slot, .false., status)
-      end if
+      call enter(visit, handle, 'finshell_model_restore', model, code, status)
+      if (code == 0) code = keep(model, slot, .false., status)
       call visit%leave()
 !$omp end critical (finshell_models)
    end function restore
