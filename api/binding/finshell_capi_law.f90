@@ -13,7 +13,7 @@ module finshell_capi_law
    use finshell_material, only: material_t
    use finshell_outside_law, only: description_t
    use finshell_registry, only: new_described_material, new_material
-   use finshell_section, only: numbers_of, section_t, states_of
+   use finshell_section, only: first_state, section_t, states_of
    use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
    implicit none
    private
@@ -53,18 +53,13 @@ contains
       integer(c_int32_t) :: code
       character(len=*), parameter :: place = 'finshell_section_layer_states'
       type(section_t), pointer :: s
-      integer :: l, number
       code = receive_section(place, section, s, status)
       if (code /= status_ok) return
       if (layer < 0 .or. layer >= size(s%layers)) then
          code = refuse(status, place, 'layer is #, expected 0 to one less than the number of layers', layer)
          return
       end if
-      number = 0
-      do l = 1, layer
-         number = number + numbers_of(s%layers(l))
-      end do
-      if (present(first)) first = number
+      if (present(first)) first = first_state(s, layer + 1)
       if (present(points)) points = s%layers(layer + 1)%points
       if (present(variables)) variables = s%layers(layer + 1)%law%states
       code = accept(status)

@@ -62,7 +62,6 @@ contains
             k(:, i) = values(:n)*k(:, i)
          end do
       end associate
-
    end subroutine new_growth
 
    !> Strains from the reference become those from the stress-free state; at height z they are strain + z curvature.
@@ -106,6 +105,7 @@ contains
          stretch(l, 3) = (c(3)*u(1) - c(1)*u(3))/determinant
       end do
    end subroutine stress_free_stretch
+
    !> Volume of a stress-free layer over that of the reference.
    pure function layer_volume(own, layer) result(volume)
       type(own_t), intent(in) :: own

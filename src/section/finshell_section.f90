@@ -10,7 +10,7 @@ module finshell_section
    implicit none
    private
    public :: section_t, layer_t, ply_t, new_section, new_layered_section, formulation_s, formulation_p
-   public :: points_by_law, usual_points, set_points, numbers_of, states_of
+   public :: points_by_law, usual_points, set_points, numbers_of, first_state, states_of
 
    !> Formulation of the core element: (S) stabilised, the default; (P) the paper's.
    integer, parameter :: formulation_s = 1, formulation_p = 2
@@ -183,14 +183,21 @@ contains
       numbers_of = 3*layer%points*layer%law%states
    end function numbers_of
 
-   !> State variables of an element of a section (finshell_law_states).
+   !> Place, from 0, of the first state variable of a layer among those of an element of a section (finshell_law_states).
+   pure integer function first_state(section, layer)
+      type(section_t), intent(in) :: section
+      integer, intent(in) :: layer
+      integer :: l
+      first_state = 0
+      do l = 1, layer - 1
+         first_state = first_state + numbers_of(section%layers(l))
+      end do
+   end function first_state
+
+   !> State variables of an element of a section.
    pure integer function states_of(section)
       type(section_t), intent(in) :: section
-      integer :: l
-      states_of = 0
-      do l = 1, size(section%layers)
-         states_of = states_of + numbers_of(section%layers(l))
-      end do
+      states_of = first_state(section, size(section%layers) + 1)
    end function states_of
 
    !> Integrate a layer by so many Gauss points.

@@ -7,7 +7,7 @@ module finshell_section_strain
    use finshell_own, only: own_t, actual_height
    use finshell_point_states, only: point_states_t, remembered_at
    use finshell_resultants, only: layer_direction
-   use finshell_section, only: numbers_of, section_t
+   use finshell_section, only: first_state, section_t
    use finshell_voigt, only: rotate_strain, rotate_stress
    implicit none
    private
@@ -80,19 +80,15 @@ contains
       integer, parameter :: n = strip*((lanes + strip - 1)/strip)
       real(wp) :: e(n, 3), w(n), s(n, 3), d(n, 6)
       integer(i4) :: found(n)
-      integer :: i, place
-      place = 0
-      do i = 1, layer - 1
-         place = place + numbers_of(section%layers(i))
-      end do
+      integer :: i
       do i = 1, 3
          e(:, i) = x(1, i)
          e(:lanes, i) = x(:, i)
       end do
       found = 0
       associate (given => section%layers(layer))
-         call remembered_at(given%law, states, place, given%points, given%z(:given%points), height, n, level_force, &
-                            e, w, s, d, found)
+         call remembered_at(given%law, states, first_state(section, layer), given%points, given%z(:given%points), height, n, &
+                            level_force, e, w, s, d, found)
       end associate
       energy = w(:lanes)
       stress = s(:lanes, :)
