@@ -93,7 +93,6 @@ contains
       integer :: k
       varied%parameter = choice%parameter
       varied%step = small_step*choice%scale
-      allocate (varied%variant(size(places)))
       do k = 1, size(places)
          write (number, '(es24.16e3)') choice%value + places(k)*varied%step
          call new_setting(setting, choice%before//trim(adjustl(number))//choice%behind, complaint)

@@ -36,7 +36,7 @@ module finshell_sensitivity
    type :: varied_t
       character(len=:), allocatable :: parameter
       real(wp) :: step = 0
-      type(variant_t), pointer :: variant(:) => null() !< one for each of the places; they stay until the program ends
+      type(variant_t) :: variant(size(places))
    end type varied_t
 
    type :: sensitivities_t
