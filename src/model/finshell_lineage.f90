@@ -7,7 +7,7 @@ module finshell_lineage
    implicit none
    private
    public :: lineage_t, unrefined, node_count, parent_element, children_of, nodes_of_edges
-   public :: inherited_nodes, inherited_by_place, add_middles
+   public :: inherited_nodes, inherited_by_place, nodal_values, add_middles
 
    type :: lineage_t
       integer :: nodes = 0 !< of the mesh before
@@ -143,6 +143,26 @@ contains
          end if
       end do
    end function spread_out
+
+   !> Values at the nodes of the refined mesh from those at the nodes before: on edges along straight lines, inside of elements the
+   !> mean of the corners.
+   pure function nodal_values(lineage, before) result(values)
+      type(lineage_t), intent(in) :: lineage
+      real(wp), intent(in) :: before(:, :) !< (numbers, nodes before)
+      real(wp), allocatable :: values(:, :) !< (numbers, nodes)
+      integer :: i
+      allocate (values(size(before, 1), node_count(lineage)))
+      values(:, :lineage%nodes) = before
+      do i = 1, size(lineage%edge)
+         if (lineage%edge(i) > 0) then
+            associate (ends => lineage%edges%nodes(:, lineage%edge(i)))
+               values(:, lineage%nodes + i) = (1 - lineage%share(i))*before(:, ends(1)) + lineage%share(i)*before(:, ends(2))
+            end associate
+         else
+            values(:, lineage%nodes + i) = sum(before(:, lineage%triangles(:, lineage%element(i))), dim=2)/3
+         end if
+      end do
+   end function nodal_values
 
    !> Go on to a mesh with new nodes in the middle of some of the edges of the refined one.
    pure subroutine add_middles(lineage, ends, elements)

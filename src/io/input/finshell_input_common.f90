@@ -7,10 +7,10 @@ module finshell_input_common
    use finshell_mesh, only: edge_set_names
    use finshell_namelist, only: group_t, get, get_strings, complain_about
    use finshell_namelist_values, only: suggestion
-   use finshell_text, only: read_whole_file, is_blank, parse_real
    implicit none
    private
-   public :: get_set, get_sets, get_component, position_of, get_vector, read_vector_file, place_error, check_name
+   public :: get_set, get_sets, get_component, position_of, get_vector, get_few, in_node_sets, in_element_sets, &
+      place_error, check_name
    public :: kind_node, kind_element, kind_edge
 
    integer, parameter :: kind_node = 1, kind_element = 2, kind_edge = 3
@@ -46,6 +46,30 @@ contains
          call check_set(group, trim(kind_keys(kind_of_set)), kind_of_set, mesh, trim(names(i)), error)
       end do
    end subroutine get_sets
+
+   !> (nodes) Those of node sets that the mesh has.
+   pure function in_node_sets(mesh, names) result(member)
+      type(mesh_t), intent(in) :: mesh
+      character(len=*), intent(in) :: names(:)
+      logical :: member(size(mesh%coordinates, 2))
+      integer :: i
+      member = .false.
+      do i = 1, size(names)
+         member(mesh%node_sets(find_node_set(mesh, trim(names(i))))%members) = .true.
+      end do
+   end function in_node_sets
+
+   !> (elements) Those of element sets that the mesh has.
+   pure function in_element_sets(mesh, names) result(member)
+      type(mesh_t), intent(in) :: mesh
+      character(len=*), intent(in) :: names(:)
+      logical :: member(size(mesh%triangles, 2))
+      integer :: i
+      member = .false.
+      do i = 1, size(names)
+         member(mesh%element_sets(find_element_set(mesh, trim(names(i))))%members) = .true.
+      end do
+   end function in_element_sets
 
    !> Raise an error unless the mesh has the set and the set has members.
    subroutine check_set(group, key, kind_of_set, mesh, name, error)
@@ -149,6 +173,17 @@ contains
       error%message = placed%message
    end subroutine place_error
 
+   !> One to three numbers.
+   subroutine get_few(group, key, numbers, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: key
+      real(wp), allocatable, intent(out) :: numbers(:)
+      type(error_t), allocatable, intent(inout) :: error
+      call get(group, key, numbers, error, required=.true.)
+      if (size(numbers) > 3 .and. .not. allocated(error)) call complain_about(group, key, text_of(size(numbers)) &
+         //' numbers were found; expected one to three', error)
+   end subroutine get_few
+
    !> Refuse a name that could not become part of a file or a data set: letters, digits, _ - . only.
    subroutine check_name(group, key, name, error)
       type(group_t), intent(in) :: group
@@ -160,64 +195,4 @@ contains
       if (name == '' .or. verify(name, name_characters) > 0 .or. verify(name, '.') == 0) call complain_about(group, key, &
          "'"//name//"' is no name; a name is made of letters, digits, _ - and .", error)
    end subroutine check_name
-
-   !> A file of lines with the three numbers of one thing (an element, a node) or several, separated by blanks or commas; # begins a
-   !> comment. Errors name key, file and line.
-   subroutine read_vector_file(group, key, file, thing, number, vectors, error)
-      type(group_t), intent(in) :: group
-      character(len=*), intent(in) :: key, file, thing
-      integer, intent(in) :: number !< of things in the mesh
-      real(wp), allocatable, intent(out) :: vectors(:, :) !< (3, number)
-      type(error_t), allocatable, intent(inout) :: error
-      type(error_t), allocatable :: refusal
-      character(len=:), allocatable :: text
-      integer :: at, first, line, found
-      logical :: ok
-
-      allocate (vectors(3, number), source=0.0_wp)
-      call read_whole_file(file, text, refusal)
-      if (allocated(refusal)) then
-         call place_error(group, key, refusal)
-         call move_alloc(refusal, error)
-         return
-      end if
-      text = text//achar(10)
-      do at = 1, len(text)
-         if (text(at:at) == ',') text(at:at) = ' '
-      end do
-      line = 1
-      found = 0
-      at = 1
-      do while (at <= len(text))
-         if (text(at:at) == '#') at = at + index(text(at:), achar(10)) - 1
-         if (text(at:at) == achar(10)) then
-            if (mod(found, 3) /= 0) then
-               call complain_about(group, key, file//':'//text_of(line)//': this line leaves '//thing//' ' &
-                  //text_of(found/3 + 1)//' with '//text_of(mod(found, 3))//' of its three numbers', error)
-               return
-            end if
-            line = line + 1
-         end if
-         if (text(at:at) == achar(10) .or. is_blank(text(at:at))) then
-            at = at + 1
-            cycle
-         end if
-         first = at
-         do while (.not. (text(at:at) == achar(10) .or. text(at:at) == '#' .or. is_blank(text(at:at))))
-            at = at + 1
-         end do
-         found = found + 1
-         if (found > 3*number) then
-            call complain_about(group, key, file//':'//text_of(line)//': there are more numbers than three for ' &
-               //'each of the '//text_of(number)//' '//thing//'s of the mesh', error)
-            return
-         end if
-         call parse_real(text(first:at - 1), vectors(mod(found - 1, 3) + 1, (found - 1)/3 + 1), ok)
-         if (ok) cycle
-         call complain_about(group, key, file//':'//text_of(line)//": '"//text(first:at - 1)//"' is no number", error)
-         return
-      end do
-      if (found < 3*number) call complain_about(group, key, file//' has '//text_of(found) &
-         //' numbers; expected three for each of the '//text_of(number)//' '//thing//'s of the mesh', error)
-   end subroutine read_vector_file
 end module finshell_input_common

@@ -6,7 +6,8 @@ module finshell_input_direction
    use finshell_lineage, only: parent_element
    use finshell_structure, only: structure_t
    use finshell_namelist, only: group_t, get, has, complain_about
-   use finshell_input_common, only: get_vector, read_vector_file
+   use finshell_input_common, only: get_vector
+   use finshell_input_number_file, only: read_vector_file
    implicit none
    private
    public :: read_direction

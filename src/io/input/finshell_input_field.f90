@@ -4,11 +4,12 @@
 !> kept at the nodes: elements have the mean of their corners.
 module finshell_input_field
    use finshell_error, only: error_t, text_of
-   use finshell_input_common, only: check_name, get_sets, get_vector, kind_element, kind_node, place_error
+   use finshell_input_common, only: check_name, get_few, get_sets, get_vector, in_element_sets, in_node_sets, kind_element, &
+      kind_node, place_error
    use finshell_input_number_file, only: read_number_file
    use finshell_kinds, only: wp
-   use finshell_lineage, only: parent_element
-   use finshell_mesh, only: find_element_set, find_node_set, mesh_t
+   use finshell_lineage, only: nodal_values, parent_element
+   use finshell_mesh, only: mesh_t
    use finshell_namelist, only: check_all_used, complain_about, get, group_t, has, namelist_t
    use finshell_namelist_values, only: suggestion
    use finshell_rotation, only: cross_product
@@ -92,30 +93,15 @@ contains
       if (size(node_sets) > 0) then
          if (has(group, 'otherwise')) call cover_nodes(mesh, [(.true., i=1, size(mesh%coordinates, 2))], 0*values(:, 1) &
                                                        + otherwise, fields(n))
-         call cover_nodes(mesh, in_sets(mesh, node_sets), values(:, 1), fields(n))
+         call cover_nodes(mesh, in_node_sets(mesh, node_sets), values(:, 1), fields(n))
          return
       end if
-      covered = size(sets) == 0
-      do i = 1, size(sets)
-         covered(mesh%element_sets(find_element_set(mesh, trim(sets(i))))%members) = .true.
-      end do
+      covered = size(sets) == 0 .or. in_element_sets(mesh, sets)
       do i = 1, size(covered)
          if (covered(i)) fields(n)%values(:, i) = values(:, i)
       end do
       fields(n)%known = fields(n)%known .or. covered
    end subroutine read_field
-
-   !> (nodes) Those of node sets.
-   pure function in_sets(mesh, sets) result(member)
-      type(mesh_t), intent(in) :: mesh
-      character(len=*), intent(in) :: sets(:)
-      logical :: member(size(mesh%coordinates, 2))
-      integer :: i
-      member = .false.
-      do i = 1, size(sets)
-         member(mesh%node_sets(find_node_set(mesh, trim(sets(i))))%members) = .true.
-      end do
-   end function in_sets
 
    !> Give nodes a value, and elements all corners of which have one the mean of them.
    pure subroutine cover_nodes(mesh, nodes, value, field)
@@ -147,9 +133,7 @@ contains
       real(wp), allocatable, intent(out) :: values(:, :)
       type(error_t), allocatable, intent(inout) :: error
       real(wp), allocatable :: numbers(:)
-      call get(group, 'value', numbers, error, required=.true.)
-      if (size(numbers) > most .and. .not. allocated(error)) call complain_about(group, 'value', text_of(size(numbers)) &
-         //' numbers were found; expected one to three', error)
+      call get_few(group, 'value', numbers, error)
       values = spread(numbers, 2, size(mesh%triangles, 2))
    end subroutine constant_values
 
@@ -237,7 +221,7 @@ contains
       end if
       if (at == '' .and. size(given, 2) == nodes) at = 'nodes'
       if (at == 'nodes' .and. size(given, 2) == nodes) then
-         call refine_nodes(mesh, given)
+         if (allocated(mesh%lineage)) given = nodal_values(mesh%lineage, given)
          allocate (values(size(given, 1), size(mesh%triangles, 2)))
          do e = 1, size(values, 2)
             values(:, e) = sum(given(:, mesh%triangles(:, e)), dim=2)/3
@@ -250,29 +234,6 @@ contains
                              //'of the '//text_of(elements)//' elements or of the '//text_of(nodes)//' nodes of the mesh', error)
       end if
    end subroutine file_values
-
-   !> Values at the nodes of a refined mesh: on edges along straight lines, inside of elements the mean of the corners.
-   pure subroutine refine_nodes(mesh, values)
-      type(mesh_t), intent(in) :: mesh
-      real(wp), allocatable, intent(inout) :: values(:, :) !< (numbers, nodes before; then of the mesh)
-      real(wp) :: all(size(values, 1), size(mesh%coordinates, 2))
-      integer :: i, n
-      if (.not. allocated(mesh%lineage)) return
-      associate (lineage => mesh%lineage)
-         n = min(lineage%nodes, size(all, 2))
-         all(:, :n) = values(:, :n)
-         do i = 1, min(size(lineage%edge), size(all, 2) - n)
-            if (lineage%edge(i) > 0) then
-               associate (ends => lineage%edges%nodes(:, lineage%edge(i)))
-                  all(:, n + i) = (1 - lineage%share(i))*values(:, ends(1)) + lineage%share(i)*values(:, ends(2))
-               end associate
-            else
-               all(:, n + i) = sum(values(:, lineage%triangles(:, lineage%element(i))), dim=2)/3
-            end if
-         end do
-      end associate
-      values = all
-   end subroutine refine_nodes
 
    !> The values of the field that a key names, for some elements: so many numbers for each. Errors: no such field; elements that it
    !> does not cover.

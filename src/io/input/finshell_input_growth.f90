@@ -4,10 +4,9 @@ module finshell_input_growth
    use finshell_factor, only: by_case, by_load_factor
    use finshell_stress_free, only: growth_t, new_growths
    use finshell_input_case, only: get_scaling, get_span, scales_t
-   use finshell_input_common, only: get_sets, kind_element
+   use finshell_input_common, only: get_few, get_sets, in_element_sets, kind_element
    use finshell_input_field, only: field_t, get_field
    use finshell_kinds, only: wp
-   use finshell_mesh, only: find_element_set
    use finshell_namelist, only: check_all_used, complain_about, get, group_t, has, namelist_t
    use finshell_step, only: control_explicit, step_t
    use finshell_structure, only: structure_t
@@ -136,16 +135,11 @@ contains
       integer, allocatable, intent(out) :: elements(:)
       type(error_t), allocatable, intent(inout) :: error
       character(len=:), allocatable :: sets(:)
-      logical :: member(size(structure%element_section))
-      integer :: e, i
+      integer :: e
       allocate (elements(0))
       call get_sets(group, kind_element, structure%mesh, sets, error, required=.false.)
       if (allocated(error)) return
-      member = size(sets) == 0
-      do i = 1, size(sets)
-         member(structure%mesh%element_sets(find_element_set(structure%mesh, trim(sets(i))))%members) = .true.
-      end do
-      elements = pack([(e, e=1, size(member))], member)
+      elements = pack([(e, e=1, size(structure%element_section))], size(sets) == 0 .or. in_element_sets(structure%mesh, sets))
    end subroutine read_elements
 
    !> Layers, which all sections of the elements must have.
@@ -196,9 +190,7 @@ contains
       real(wp), allocatable, intent(out) :: values(:, :) !< (numbers, 1)
       type(error_t), allocatable, intent(inout) :: error
       real(wp), allocatable :: numbers(:)
-      call get(group, key, numbers, error, required=.true.)
-      if (size(numbers) > 3 .and. .not. allocated(error)) call complain_about(group, key, text_of(size(numbers)) &
-         //' numbers were found; expected one to three', error)
+      call get_few(group, key, numbers, error)
       values = reshape(numbers, [size(numbers), 1])
    end subroutine get_numbers
 

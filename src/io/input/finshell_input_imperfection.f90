@@ -2,7 +2,7 @@
 module finshell_input_imperfection
    use finshell_error, only: error_t, text_of
    use finshell_imperfection, only: from_file, from_results, from_step, imperfection_t, random_waves
-   use finshell_input_common, only: read_vector_file
+   use finshell_input_number_file, only: read_vector_file
    use finshell_kinds, only: wp
    use finshell_namelist, only: check_all_used, complain_about, count_groups, get, group_t, has, namelist_t
    use finshell_step, only: is_in_time, is_mode, step_t

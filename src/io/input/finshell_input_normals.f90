@@ -7,7 +7,7 @@ module finshell_input_normals
    use finshell_normals, only: exact_normals, facet_normal, fitted_normals, symmetry_planes_t
    use finshell_support, only: support_t, support_symmetry, support_components, axes_cylindrical
    use finshell_namelist, only: group_t, get, get_strings, has, complain_about
-   use finshell_input_common, only: read_vector_file
+   use finshell_input_number_file, only: read_vector_file
    implicit none
    private
    public :: normals_choice_t, read_normals, apply_normals, crease_edges, crease_edges_of

@@ -5,7 +5,7 @@ module finshell_input_sets
    use finshell_lineage, only: children_of, inherited_by_place, inherited_nodes
    use finshell_mesh, only: mesh_t, add_node_set, add_element_set, find_node_set, find_element_set, mesh_size
    use finshell_namelist, only: group_t, get, has, check_all_used, complain_about
-   use finshell_input_common, only: get_sets, get_vector, kind_node, kind_element
+   use finshell_input_common, only: get_sets, get_vector, in_element_sets, in_node_sets, kind_node, kind_element
    implicit none
    private
    public :: read_node_set, read_element_set
@@ -52,9 +52,7 @@ contains
       end if
       if (has(group, 'point') .and. .not. allocated(error)) chosen(nearest) = .true.
       call get_sets(group, kind_node, mesh, sets, error, required=.false.)
-      do i = 1, size(sets)
-         if (.not. allocated(error)) chosen(mesh%node_sets(find_node_set(mesh, trim(sets(i))))%members) = .true.
-      end do
+      if (.not. allocated(error)) chosen = chosen .or. in_node_sets(mesh, sets)
       call get_sets(group, kind_element, mesh, sets, error, required=.false.)
       do i = 1, size(sets)
          if (allocated(error)) return
@@ -103,9 +101,7 @@ contains
          chosen(numbers) = .true.
       end if
       call get_sets(group, kind_element, mesh, sets, error, required=.false.)
-      do i = 1, size(sets)
-         if (.not. allocated(error)) chosen(mesh%element_sets(find_element_set(mesh, trim(sets(i))))%members) = .true.
-      end do
+      if (.not. allocated(error)) chosen = chosen .or. in_element_sets(mesh, sets)
       call check_new_set(group, name, find_element_set(mesh, name), chosen, error)
       if (allocated(error)) return
       call add_element_set(mesh, name, pack([(i, i=1, size(chosen))], chosen))
