@@ -3,7 +3,8 @@
 !> The law of a layer is a step of its own, so that laws may come from elsewhere than the registry.
 module finshell_capi_builder
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_int64_t, c_loc, c_null_ptr, c_ptr
-   use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, text_from
+   use finshell_c_text, only: text_from
+   use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory
    use finshell_capi_handle, only: card_t, is_marked, name_length, wipe
    use finshell_capi_recipe, only: add_layer, law_by_name, make_section, recipe_t, set_law, set_option, start
    use finshell_environment, only: environment_t, hold, release

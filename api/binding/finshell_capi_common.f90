@@ -1,15 +1,16 @@
-!> What all functions of the C interface share: the status structure, texts, and how a failure is reported.
+!> What all functions of the C interface share: the status structure, and how a failure is reported.
 !>
 !> gfortran (12) keeps the length of a text that a function returns as `character(len=:), allocatable` in static memory. So what
-!> calls such functions stands in the critical region `finshell_texts`; the procedures here call none, but for `judge`, which
-!> enters the region itself, and `text_from`.
+!> calls such functions (`text_from` is one) stands in the critical region `finshell_texts`; the procedures here call none, but for
+!> `judge`, which enters the region itself.
 module finshell_capi_common
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int32_t, c_null_char, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_char, c_int32_t, c_null_char
+   use finshell_c_text, only: store_text
    use finshell_environment, only: environment_t, hold, release
    use finshell_status, only: status_invalid_argument, status_ok, status_out_of_memory, status_text
    implicit none
    private
-   public :: c_status_t, accept, check_batch, refuse, refuse_memory, report, judge, text_from, store_text
+   public :: c_status_t, accept, check_batch, refuse, refuse_memory, report, judge
 
    integer, parameter :: message_length = 244 !< as in finshell.h
 
@@ -20,14 +21,6 @@ module finshell_capi_common
       integer(c_int32_t) :: failed !< number of elements
       character(kind=c_char) :: message(message_length)
    end type c_status_t
-
-   interface
-      pure function c_strlen(text) result(length) bind(c, name='strlen')
-         import :: c_ptr, c_size_t
-         type(c_ptr), value :: text
-         integer(c_size_t) :: length
-      end function c_strlen
-   end interface
 
 contains
 
@@ -153,34 +146,4 @@ contains
       status%failed = failed
       call store_text(message, message_length, status%message)
    end subroutine fill
-
-   !> A C text, '' for NULL; to be called in the critical region.
-   function text_from(text) result(copy)
-      type(c_ptr), intent(in) :: text
-      character(len=:), allocatable :: copy
-      character(kind=c_char), pointer :: characters(:)
-      integer :: i
-      if (.not. c_associated(text)) then
-         copy = ''
-         return
-      end if
-      call c_f_pointer(text, characters, [c_strlen(text)])
-      allocate (character(len=size(characters)) :: copy)
-      do i = 1, size(characters)
-         copy(i:i) = characters(i)
-      end do
-   end function text_from
-
-   !> Text into a buffer, cut to fit, closed by a null character.
-   pure subroutine store_text(text, size, buffer)
-      character(len=*), intent(in) :: text
-      integer(c_int32_t), intent(in) :: size !< >= 1
-      character(kind=c_char), intent(inout) :: buffer(size)
-      integer :: i, used
-      used = min(len_trim(text), size - 1)
-      do i = 1, used
-         buffer(i) = text(i:i)
-      end do
-      buffer(used + 1) = c_null_char
-   end subroutine store_text
 end module finshell_capi_common

@@ -1,7 +1,8 @@
 !> C interface: the table of element fields, and any of them by name. See finshell.h for what the functions promise.
 module finshell_capi_field
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int32_t, c_ptr
-   use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, store_text, text_from
+   use finshell_c_text, only: store_text, text_from
+   use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory
    use finshell_capi_elements, only: as_seen_by, c_elements_t, conclude, freedoms_of, read_block, receive, receive_own, &
       receive_section, receive_states
    use finshell_environment, only: environment_t, hold, release

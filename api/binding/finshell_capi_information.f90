@@ -1,7 +1,8 @@
 !> C interface: versions, messages, the list of material laws. See finshell.h for what the functions promise.
 module finshell_capi_information
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int32_t, c_loc, c_null_char, c_ptr
-   use finshell_capi_common, only: accept, c_status_t, refuse, store_text, text_from
+   use finshell_c_text, only: store_text, text_from
+   use finshell_capi_common, only: accept, c_status_t, refuse
    use finshell_cpu, only: cpu_level
    use finshell_environment, only: environment_t, hold, release
    use finshell_registry, only: material_names, material_parameters, parameter_t

@@ -2,7 +2,8 @@
 module finshell_capi_law
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int32_t, c_ptr
    use finshell_capi_builder, only: builder_t, give_law, receive_builder
-   use finshell_capi_common, only: accept, c_status_t, refuse, store_text, text_from
+   use finshell_c_text, only: store_text, text_from
+   use finshell_capi_common, only: accept, c_status_t, refuse
    use finshell_capi_elements, only: receive_section
    use finshell_capi_handle, only: card_t, name_length
    use finshell_capi_recipe, only: read_pairs, write_card

@@ -6,7 +6,8 @@ module finshell_capi_query
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int32_t, c_int64_t, c_int8_t, c_loc, &
       c_ptr, c_sizeof
-   use finshell_capi_common, only: accept, c_status_t, refuse, report, store_text
+   use finshell_c_text, only: store_text
+   use finshell_capi_common, only: accept, c_status_t, refuse, report
    use finshell_capi_elements, only: freedoms_of, receive_section
    use finshell_capi_handle, only: handle_of, handle_t, name_length
    use finshell_environment, only: environment_t, hold, release

@@ -3,7 +3,8 @@
 !> All procedures that can fail are to be called in the critical region `finshell_texts` (finshell_capi_common).
 module finshell_capi_recipe
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t, c_loc, c_ptr
-   use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory, text_from
+   use finshell_c_text, only: text_from
+   use finshell_capi_common, only: accept, c_status_t, refuse, refuse_memory
    use finshell_capi_handle, only: card_t, handle_t, name_length, new_handle
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp

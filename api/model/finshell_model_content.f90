@@ -2,9 +2,10 @@
 module finshell_model_content
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int32_t, c_int64_t, c_loc, c_null_ptr, &
       c_ptr
+   use finshell_c_text, only: store_text, text_from
    use finshell_error, only: error_t, raise
    use finshell_mesh, only: add_edge_set, add_element_set, add_node_set, find_element_set, find_node_set, mesh_t, new_mesh
-   use finshell_model_handle, only: free_model, model_t, new_model, store, text_at
+   use finshell_model_handle, only: free_model, model_t, new_model
    use finshell_model_status, only: done, enter, model_status_t, refuse, report
    use finshell_session_files, only: close_files
    use finshell_session_texts, only: text_about
@@ -82,9 +83,9 @@ contains
       if (.not. associated(model)) then
          call raise(error, status_out_of_memory, 'out of memory')
       else if (c_associated(content)) then
-         call model%session%begin(text_at(file), error, text_at(content), given)
+         call model%session%begin(text_from(file), error, text_from(content), given)
       else
-         call model%session%begin(text_at(file), error)
+         call model%session%begin(text_from(file), error)
       end if
       code = report(status, place, error)
       if (.not. allocated(error)) handle = c_loc(model)
@@ -125,14 +126,14 @@ contains
          end if
          call c_f_pointer(set(i)%members, members, [int(set(i)%number)*merge(2, 1, set(i)%kind == 2)])
          if (any(members < 0 .or. members >= merge(given%elements, given%nodes, set(i)%kind == 1))) then
-            call raise(error, status_invalid_argument, "the set '"//text_at(set(i)%name)//"' of the mesh has a member that there " &
-                       //'is not; they count from 0')
+            call raise(error, status_invalid_argument, "the set '"//text_from(set(i)%name)//"' of the mesh has a member that " &
+                       //'there is not; they count from 0')
             return
          end if
          select case (set(i)%kind)
-         case (0); call add_node_set(mesh, text_at(set(i)%name), members + 1)
-         case (1); call add_element_set(mesh, text_at(set(i)%name), members + 1)
-         case (2); call add_edge_set(mesh, text_at(set(i)%name), reshape(members + 1, [2, size(members)/2]))
+         case (0); call add_node_set(mesh, text_from(set(i)%name), members + 1)
+         case (1); call add_element_set(mesh, text_from(set(i)%name), members + 1)
+         case (2); call add_edge_set(mesh, text_from(set(i)%name), reshape(members + 1, [2, size(members)/2]))
          end select
       end do
    end subroutine read_arrays
@@ -253,13 +254,13 @@ contains
          code = refuse(status, place, 'what is NULL')
          return
       end if
-      call text_about(model%session, text_at(what), answer, error)
+      call text_about(model%session, text_from(what), answer, error)
       code = report(status, place, error)
       if (allocated(error)) return
       if (present(length)) length = len(answer, kind=c_int32_t)
       if (.not. c_associated(buffer) .or. length_of_buffer < 1) return
       call c_f_pointer(buffer, characters, [int(length_of_buffer)])
-      call store(answer, characters)
+      call store_text(answer, size(characters), characters)
    end function give_text
 
    function show_mesh(model, coordinates, triangles) result(code)
@@ -291,15 +292,15 @@ contains
          if (.not. allocated(model%node_sets)) allocate (model%node_sets(size(mesh%node_sets)))
          if (.not. allocated(model%element_sets)) allocate (model%element_sets(size(mesh%element_sets)))
          if (kind == 0) then
-            found = find_node_set(mesh, text_at(name))
+            found = find_node_set(mesh, text_from(name))
             if (found > 0) call show(mesh%node_sets(found)%members, model%node_sets(found)%members, number, members)
          else
-            found = find_element_set(mesh, text_at(name))
+            found = find_element_set(mesh, text_from(name))
             if (found > 0) call show(mesh%element_sets(found)%members, model%element_sets(found)%members, number, members)
          end if
       end associate
       code = done(status)
-      if (found == 0) code = refuse(status, place, "the mesh has no such set: '"//text_at(name)//"'")
+      if (found == 0) code = refuse(status, place, "the mesh has no such set: '"//text_from(name)//"'")
    end function show_set
 
    !> Numbers from 0, which stay where they are.

@@ -1,12 +1,12 @@
 !> C interface of models: the handle, and how a pointer that is none is told from it.
 module finshell_model_handle
-   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int32_t, c_int64_t, c_intptr_t, c_null_char, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int32_t, c_int64_t, c_intptr_t, c_ptr
    use finshell_session, only: session_t
    use finshell_session_fields, only: shelf_t
    use finshell_session_memory, only: memory_t
    implicit none
    private
-   public :: model_t, new_model, free_model, model_of, text_at, store, slots
+   public :: model_t, new_model, free_model, model_of, slots
 
    integer, parameter :: slots = 8
 
@@ -25,14 +25,6 @@ module finshell_model_handle
       integer(c_int32_t), allocatable :: triangles(:, :) !< from 0
       type(members_t), allocatable :: node_sets(:), element_sets(:) !< from 0
    end type model_t
-
-   interface
-      pure function c_strlen(text) result(length) bind(c, name='strlen')
-         import :: c_ptr, c_size_t
-         type(c_ptr), value :: text
-         integer(c_size_t) :: length
-      end function c_strlen
-   end interface
 
 contains
 
@@ -65,29 +57,4 @@ contains
       mark = 0
       deallocate (model)
    end subroutine free_model
-
-   !> A C text, which is not NULL.
-   function text_at(pointer) result(text)
-      type(c_ptr), intent(in) :: pointer
-      character(len=:), allocatable :: text
-      character(kind=c_char), pointer :: characters(:)
-      integer :: i
-      call c_f_pointer(pointer, characters, [c_strlen(pointer)])
-      allocate (character(len=size(characters)) :: text)
-      do i = 1, size(characters)
-         text(i:i) = characters(i)
-      end do
-   end function text_at
-
-   !> Text into a buffer, cut to fit, closed by a null character.
-   pure subroutine store(text, buffer)
-      character(len=*), intent(in) :: text
-      character(kind=c_char), intent(inout) :: buffer(:) !< not empty
-      integer :: i, used
-      used = min(len_trim(text), size(buffer) - 1)
-      do i = 1, used
-         buffer(i) = text(i:i)
-      end do
-      buffer(used + 1) = c_null_char
-   end subroutine store
 end module finshell_model_handle

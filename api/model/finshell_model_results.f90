@@ -1,8 +1,9 @@
 !> C interface of models: fields, history, result files. See finshell_model.h for what the functions promise.
 module finshell_model_results
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int32_t, c_loc, c_ptr
+   use finshell_c_text, only: text_from
    use finshell_error, only: error_t
-   use finshell_model_handle, only: model_t, text_at
+   use finshell_model_handle, only: model_t
    use finshell_model_status, only: enter, model_status_t, refuse, report
    use finshell_session_fields, only: look
    use finshell_session_files, only: write_state
@@ -77,7 +78,7 @@ contains
          code = refuse(status, place, 'name or array is NULL')
          return
       end if
-      call look(model%shelf, model%session, text_at(name), int(mode), values, on, error)
+      call look(model%shelf, model%session, text_from(name), int(mode), values, on, error)
       code = report(status, place, error)
       if (allocated(error)) return
       array%values = c_loc(values)
@@ -111,7 +112,7 @@ contains
          code = refuse(status, place, 'name is NULL')
          return
       end if
-      call write_state(model%session, text_at(name), error)
+      call write_state(model%session, text_from(name), error)
       code = report(status, place, error)
    end function write_now
 end module finshell_model_results

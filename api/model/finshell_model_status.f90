@@ -1,8 +1,9 @@
 !> C interface of models: how a call ends.
 module finshell_model_status
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int32_t, c_null_char, c_ptr
+   use finshell_c_text, only: store_text
    use finshell_error, only: error_t
-   use finshell_model_handle, only: model_of, model_t, store
+   use finshell_model_handle, only: model_of, model_t
    use finshell_status, only: status_invalid_argument, status_not_converged, status_ok
    use finshell_visit, only: visit_t
    implicit none
@@ -92,6 +93,6 @@ contains
       if (.not. present(status)) return
       status%code = code
       status%reserved = 0
-      call store(message, status%message)
+      call store_text(message, size(status%message), status%message)
    end subroutine fill
 end module finshell_model_status

@@ -3,8 +3,9 @@
 !> One call of a process works at a time: solvers, HDF5 and gfortran's texts of deferred length keep things in static memory.
 module finshell_model_steps
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int32_t, c_ptr
+   use finshell_c_text, only: store_text, text_from
    use finshell_error, only: error_t
-   use finshell_model_handle, only: model_t, slots, store, text_at
+   use finshell_model_handle, only: model_t, slots
    use finshell_model_status, only: enter, model_status_t, refuse, report
    use finshell_session_memory, only: go_back, remember
    use finshell_visit, only: visit_t
@@ -145,8 +146,8 @@ contains
          record%proposed = s%proposed()
          record%residual = last%residual
          record%correction = last%correction
-         call store(s%step_name(s%bell%step), record%step_name)
-         call store(s%control_of(last%control), record%control)
+         call store_text(s%step_name(s%bell%step), size(record%step_name), record%step_name)
+         call store_text(s%control_of(last%control), size(record%control), record%control)
       end associate
    end function tell
 
@@ -187,7 +188,7 @@ contains
          return
       end if
       call c_f_pointer(values, given, [3, int(number)])
-      call model%session%wishes%set_force(model%session%problem, text_at(node_set), given, error)
+      call model%session%wishes%set_force(model%session%problem, text_from(node_set), given, error)
       code = report(status, place, error)
    end function take_force
 
@@ -205,7 +206,7 @@ contains
          return
       end if
       call c_f_pointer(values, given, [int(number)])
-      call model%session%wishes%set_displacement(model%session%problem, text_at(node_set), int(component) + 1, given, error)
+      call model%session%wishes%set_displacement(model%session%problem, text_from(node_set), int(component) + 1, given, error)
       code = report(status, place, error)
    end function take_displacement
 

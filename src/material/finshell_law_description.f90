@@ -1,7 +1,8 @@
 !> finshell_law of finshell.h, read with suspicion: a law that somebody else describes.
 module finshell_law_description
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_f_procpointer, c_funptr, c_int32_t, &
-      c_int64_t, c_null_char, c_ptr, c_size_t, c_sizeof
+      c_int64_t, c_null_char, c_ptr, c_sizeof
+   use finshell_c_text, only: text_from
    use finshell_error, only: error_t, raise, text_of
    use finshell_kinds, only: wp
    use finshell_outside_law, only: description_t, kind_incompressible, kind_plane, kind_solid, most_states
@@ -9,7 +10,7 @@ module finshell_law_description
    use finshell_status, only: status_invalid_argument
    implicit none
    private
-   public :: c_law_t, c_parameter_t, read_description, text_of_c
+   public :: c_law_t, c_parameter_t, read_description
 
    integer, parameter :: name_size = 32, meaning_size = 128 !< as in finshell.h
    integer, parameter :: most_parameters = 200
@@ -39,14 +40,6 @@ module finshell_law_description
       type(c_ptr) :: data
    end type c_law_t
 
-   interface
-      pure function c_strlen(text) result(length) bind(c, name='strlen')
-         import :: c_ptr, c_size_t
-         type(c_ptr), value :: text
-         integer(c_size_t) :: length
-      end function c_strlen
-   end interface
-
 contains
 
    !> The law that a pointer points to, or what is wrong with it.
@@ -71,7 +64,7 @@ contains
                     'does not know: finshell.h is newer than the library')
       end if
       if (allocated(error)) return
-      description%name = text_of_c(law%name)
+      description%name = text_from(law%name)
       place = 'law '''//description%name//''': '
       if (len(description%name) == 0 .or. len(description%name) > name_size - 1) then
          call raise(error, status_invalid_argument, 'the name of a law has '//text_of(len(description%name))// &
@@ -128,23 +121,6 @@ contains
          if (allocated(error)) return
       end do
    end subroutine read_parameters
-
-   !> A C text, '' for NULL.
-   function text_of_c(text) result(copy)
-      type(c_ptr), intent(in) :: text
-      character(len=:), allocatable :: copy
-      character(kind=c_char), pointer :: characters(:)
-      integer :: i
-      if (.not. c_associated(text)) then
-         copy = ''
-         return
-      end if
-      call c_f_pointer(text, characters, [c_strlen(text)])
-      allocate (character(len=size(characters)) :: copy)
-      do i = 1, size(characters)
-         copy(i:i) = characters(i)
-      end do
-   end function text_of_c
 
    !> What stands in an array of characters before its end.
    pure function text_in(characters) result(text)

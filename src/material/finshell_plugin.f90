@@ -7,8 +7,9 @@
 !> Libraries stay loaded as long as the program runs: sections point into them.
 module finshell_plugin
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_funptr, c_int, c_int32_t, c_null_char, c_ptr
+   use finshell_c_text, only: text_from
    use finshell_error, only: error_t, raise
-   use finshell_law_description, only: read_description, text_of_c
+   use finshell_law_description, only: read_description
    use finshell_outside_law, only: description_t
    use finshell_parameter, only: lower
    use finshell_status, only: status_invalid_argument
@@ -112,7 +113,7 @@ contains
       end if
       handle = dlopen(library//c_null_char, rtld_now)
       if (.not. c_associated(handle)) then
-         call raise(error, status_invalid_argument, place//'it cannot be loaded: '//text_of_c(dlerror()))
+         call raise(error, status_invalid_argument, place//'it cannot be loaded: '//text_from(dlerror()))
          return
       end if
       symbol = dlsym(handle, entry_point//c_null_char)
