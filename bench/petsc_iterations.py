@@ -39,7 +39,8 @@ METHODS = {  # BDDC takes a process for each subdomain, the others have one
     "BDDC adaptive 10": ADAPTIVE + "10",
     "BDDC adaptive 2": ADAPTIVE + "2",
     "GAMG": "-pc_type gamg",
-    "hypre": "-pc_type hypre -pc_hypre_boomeramg_nodal_coarsen 1 -pc_hypre_boomeramg_vec_interp_variant 2",
+    "GAMG with SOR": "-pc_type gamg -pc_gamg_threshold 0.02 -mg_levels_pc_type sor -mg_levels_ksp_max_it 4",
+    "hypre": "-pc_type hypre",
     "ML": "-pc_type ml",
     "BDDC deluxe, indefinite": DELUXE + "-sub_schurs_posdef 0",
     "BDDC adaptive 2, unloaded": ADAPTIVE + "2",  # of the definite tangent without compression
