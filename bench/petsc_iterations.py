@@ -16,6 +16,7 @@ import argparse
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -74,7 +75,9 @@ def row(folder, options, method, processes, n, slenderness):
     name = f"| {options.problem} | {slenderness} | {method} | {processes} |"
     run = subprocess.run(command, env={**os.environ, **settings}, check=False, capture_output=True, text=True)
     if run.returncode:
-        return f"{name} " + (f"no result in {options.seconds} s of the clock" if run.returncode == 124 else run.stderr.strip()[-300:])
+        where = re.findall(r"\[\d+\] (\w+)\(\) at", run.stderr)  # PETSc's calls, the innermost last
+        why = f"stops in {where[-1]}" if where else " ".join(run.stderr.split())[:300]
+        return f"{name} " + (f"no result in {options.seconds} s of the clock" if run.returncode == 124 else why)
     found, view = json.loads(Path(folder, "found.json").read_text()), Path(folder, "view").read_text()
     coarse = re.search(r"interface (\d+) coarse (\d+)", view)
     negative = re.search(r"INFOG\(12\).*: (\d+)", view) if options.compression and "factor" in method else None
@@ -88,6 +91,12 @@ def row(folder, options, method, processes, n, slenderness):
 
 def table(options):
     """All rows; the factor comes first in each problem."""
+    absent = [name for name in ("mpirun", "cc", os.environ["FINSHELL_LIB"]) if not shutil.which(name) and not Path(name).is_file()]
+    if absent:
+        sys.exit(f"petsc_iterations.py needs {' and '.join(absent)}: apt-get install openmpi-bin gcc; make build; or FINSHELL_LIB for the library")
+    unknown = [name for name in options.methods.split(";") if name not in METHODS]
+    if unknown:
+        sys.exit(f"--methods: {'; '.join(unknown)} not known; known are: {'; '.join(METHODS)}")
     print("| problem | R / t | method | processes | unknowns | iterations | coarse, of the interface | set-up, s | solution, s | MB kept | MB most "
           "| largest process | difference |\n|" + "---|" * 13)
     with tempfile.TemporaryDirectory() as folder:
