@@ -25,6 +25,7 @@ module finshell_adaptation
    use finshell_state, only: state_t
    use finshell_state_transfer, only: carry_over, hold_supports
    use finshell_status, only: status_io_error
+   use finshell_stress_transfer, only: in_order_of, inherit_resultants, resultants_of
    use finshell_step, only: control_linear, prescribes_monitored
    use finshell_structure, only: turning_nodes
    implicit none
@@ -42,6 +43,7 @@ module finshell_adaptation
    !> What one mesh gave.
    type :: result_t
       integer :: mesh = 1, elements = 0, unknowns = 0
+      logical :: judged = .true. !< there is an estimate
       real(wp) :: estimate = 0 !< of the relative error
       real(wp) :: value = 0 !< of the monitor, or the load factor
       real(dp) :: seconds = 0 !< of CPU time since the program began
@@ -62,7 +64,8 @@ contains
       type(result_t) :: result
       type(input_t) :: next
       type(state_t) :: state
-      real(wp), allocatable :: weights(:)
+      logical :: whole
+      real(wp), allocatable :: weights(:), stress(:, :)
       real(wp) :: aim, held, promised, tolerance
       real(dp) :: before, now
       character(len=:), allocatable :: reason
@@ -74,26 +77,41 @@ contains
       aim = first_aim
       promised = 0
       do
-         call judge(input, problem, reporter, weights, tolerance, result, error)
-         if (allocated(error)) exit
+         whole = reporter%mesh <= input%accuracy%coarser
          result%mesh = reporter%mesh
-         result%elements = size(weights)
+         result%elements = size(input%structure%mesh%triangles, 2)
          result%unknowns = problem%n
+         result%judged = input%accuracy%judged .and. .not. whole
+         if (result%judged) then
+            call judge(input, problem, reporter, weights, tolerance, result, error)
+            if (allocated(error)) exit
+         else
+            result%value = value_of(input, reporter)
+         end if
          call cpu_time(now)
          result%seconds = now
          call tell(options, input, unit, result)
+         if (whole) then
+            state = problem%state
+            stress = resultants_of(problem%assembly, input%structure, state)
+            call carry_on(options, bisection, input, state, stress, next, error)
+            if (.not. allocated(error)) call next_mesh(options, next, state, stress, input, problem, path, reporter, speaker, error)
+            if (allocated(error)) exit
+            before = now
+            cycle
+         end if
          reason = reason_to_end(input, result)
          if (reason /= '') exit
          ! cuts may promise more than they hold
          held = promised/sum(weights)
          if (promised > 0) aim = min(most_aim, max(least_aim, most_aim*held))
          call refine(options, bisection, input, problem, weights, aim*tolerance, &
-                     merge(trusted_growth, usual_growth, held > trusted), promised, next, state, error)
+                     merge(trusted_growth, usual_growth, held > trusted), promised, next, state, stress, error)
          if (allocated(error)) exit
          reason = reason_not_to_begin(input, size(bisection%side), result, now - before)
          if (reason /= '') exit
          before = now
-         call next_mesh(options, next, state, input, problem, path, reporter, speaker, error)
+         call next_mesh(options, next, state, stress, input, problem, path, reporter, speaker, error)
       end do
       close (unit)
       if (allocated(error)) then
@@ -126,7 +144,7 @@ contains
          weights = indicator%eta**2
          tolerance = input%accuracy%target**2*(indicator%energy + indicator%total**2)
          result%estimate = indicator%relative
-         result%value = reporter%final(size(reporter%final))
+         result%value = value_of(input, reporter)
          return
       end if
       associate (monitor => input%monitors(input%accuracy%monitor), mesh => input%structure%mesh)
@@ -139,10 +157,18 @@ contains
          if (allocated(error)) return
          weights = goal%eta
          tolerance = input%accuracy%target*abs(reporter%final(input%accuracy%monitor)/monitor%factor)
-         result%value = reporter%final(input%accuracy%monitor)
+         result%value = value_of(input, reporter)
          result%estimate = abs(monitor%factor)*goal%bound/max(abs(result%value), tiny(result%value))
       end associate
    end subroutine judge
+
+   !> The monitor, or the load factor.
+   pure real(wp) function value_of(input, reporter)
+      type(input_t), intent(in) :: input
+      type(reporter_t), intent(in) :: reporter
+      value_of = reporter%final(size(reporter%final))
+      if (input%accuracy%monitor > 0) value_of = reporter%final(input%accuracy%monitor)
+   end function value_of
 
    !> Are all steps linear?
    pure logical function is_linear(input)
@@ -156,7 +182,9 @@ contains
       type(result_t), intent(in) :: result
       character(len=:), allocatable :: reason
       reason = ''
-      if (result%estimate <= input%accuracy%target) then
+      if (.not. result%judged) then
+         reason = 'This is the mesh of the input.'
+      else if (result%estimate <= input%accuracy%target) then
          reason = 'Accuracy: the estimate '//text_of(result%estimate)//' meets the target '//text_of(input%accuracy%target)//'.'
       else if (result%mesh >= input%accuracy%most_meshes) then
          reason = missed(input, result)//text_of(result%mesh)//' meshes are the most that are allowed (most_meshes).'
@@ -189,11 +217,11 @@ contains
       text = 'Accuracy: the estimate '//text_of(result%estimate)//' MISSES the target '//text_of(input%accuracy%target)//': '
    end function missed
 
-   !> Cut the marked elements.
+   !> Cut the marked elements, or all in four.
    subroutine cut(bisection, input, marked)
       type(bisection_t), intent(inout) :: bisection
       type(input_t), intent(in) :: input
-      logical, intent(in) :: marked(:)
+      logical, intent(in), optional :: marked(:)
       associate (structure => input%structure, normals => input%normals)
          ! normals of a file were read after the mesh
          if (allocated(structure%mesh%normal)) bisection%mesh%normal = structure%mesh%normal
@@ -205,9 +233,28 @@ contains
       end associate
    end subroutine cut
 
+   !> Cut elements and carry the state over.
+   subroutine carry_on(options, bisection, before, state, stress, next, error, marked)
+      type(options_t), intent(in) :: options
+      type(bisection_t), intent(inout) :: bisection
+      type(input_t), intent(in) :: before
+      type(state_t), intent(inout) :: state
+      real(wp), intent(inout), allocatable :: stress(:, :) !< of the elements
+      type(input_t), intent(out) :: next
+      type(error_t), allocatable, intent(out) :: error
+      logical, intent(in), optional :: marked(:) !< absent: all
+      call cut(bisection, before, marked)
+      call read_input(options%input, next, error, options%refine, bisection, options%settings)
+      if (allocated(error) .or. is_linear(before)) return
+      associate (old => before%structure)
+         state = carry_over(state, old%mesh, turning_nodes(old), bisection%ends, next%structure%mesh)
+         stress = inherit_resultants(stress, old%mesh, bisection%parent, next%structure%mesh)
+      end associate
+   end subroutine carry_on
+
    !> The next mesh and the state carried over to it. Where the estimate promises that one cut of an element is not enough its
    !> parts are cut at once, as long as the mesh does not grow too much for the estimate to be believed.
-   subroutine refine(options, bisection, input, problem, weights, tolerance, growth, promised, next, state, error)
+   subroutine refine(options, bisection, input, problem, weights, tolerance, growth, promised, next, state, stress, error)
       type(options_t), intent(in) :: options
       type(bisection_t), intent(inout) :: bisection
       type(input_t), intent(in) :: input
@@ -217,24 +264,21 @@ contains
       real(wp), intent(out) :: promised !< sum of the shares there
       type(input_t), intent(out) :: next
       type(state_t), intent(out) :: state
+      real(wp), allocatable, intent(out) :: stress(:, :)
       type(error_t), allocatable, intent(out) :: error
       type(input_t) :: before
       real(wp), allocatable :: shares(:)
       logical, allocatable :: chosen(:)
       next = input
       state = problem%state
+      if (.not. is_linear(input)) stress = resultants_of(problem%assembly, input%structure, state)
       shares = weights
       do
          chosen = worth_cutting(shares, tolerance)
          if (size(shares) > size(weights) .and. size(shares) + 3*count(chosen) > input%accuracy%most_elements) exit
          before = next
-         call cut(bisection, before, chosen)
-         call read_input(options%input, next, error, options%refine, bisection, options%settings)
+         call carry_on(options, bisection, before, state, stress, next, error, chosen)
          if (allocated(error)) return
-         associate (old => before%structure)
-            if (.not. is_linear(input)) &
-               state = carry_over(state, old%mesh, turning_nodes(old), bisection%ends, next%structure%mesh)
-         end associate
          shares = shares_of_parts(shares, bisection%parent)
          promised = sum(shares)
          if (promised <= tolerance .or. size(shares) > growth*size(weights)) exit
@@ -242,10 +286,11 @@ contains
    end subroutine refine
 
    !> Bring the job to its end on the next mesh.
-   subroutine next_mesh(options, next, state, input, problem, path, reporter, speaker, error)
+   subroutine next_mesh(options, next, state, stress, input, problem, path, reporter, speaker, error)
       type(options_t), intent(in) :: options
       type(input_t), intent(in) :: next
       type(state_t), intent(inout) :: state !< carried over
+      real(wp), allocatable, intent(in) :: stress(:, :) !< likewise
       type(input_t), intent(inout), target :: input
       type(equilibrium_t), intent(inout) :: problem
       type(path_t), intent(inout) :: path
@@ -266,7 +311,8 @@ contains
       if (allocated(error)) return
       if (.not. is_linear(input)) then
          call hold_supports(problem%equations, state)
-         call resettle(problem, input%steps(size(input%steps)), state, value, record, failure)
+         call resettle(problem, input%steps(size(input%steps)), state, value, record, failure, &
+                       predicted=in_order_of(problem%assembly, stress))
          path%iterations = path%iterations + record%iterations
          if (.not. allocated(failure)) then
             call speaker%increment(problem%state, record, error)
@@ -314,12 +360,18 @@ contains
       integer, intent(in) :: unit
       type(result_t), intent(in) :: result
       character(len=160) :: line
-      write (unit, '(3(i0,","),2(es24.16e3,","),f0.3)') result%mesh, result%elements, result%unknowns, result%estimate, &
+      character(len=24) :: estimate
+      character(len=:), allocatable :: error
+      estimate = ''
+      if (result%judged) write (estimate, '(es24.16e3)') result%estimate
+      write (unit, '(3(i0,","),a,",",es24.16e3,",",f0.3)') result%mesh, result%elements, result%unknowns, trim(estimate), &
          result%value, result%seconds
       flush (unit)
       if (options%quiet) return
+      error = ''
+      if (result%judged) error = ', estimated error '//text_of(real(result%estimate, dp))
       write (line, '(a,i0,a,i0,a,f0.2,a)') 'mesh ', result%mesh, ': ', result%elements, ' elements, '//value_name(input)//' ' &
-         //text_of(result%value)//', estimated error '//text_of(real(result%estimate, dp))//', ', result%seconds, ' s of CPU time'
+         //text_of(result%value)//error//', ', result%seconds, ' s of CPU time'
       write (output_unit, '(a)') trim(line)
       flush (output_unit)
    end subroutine tell

@@ -146,7 +146,11 @@ contains
          if (.not. allocated(error)) call find_record(options, resume, error)
          if (.not. allocated(error)) call resumed_input(options, resume, input, error)
       else
-         call read_input(options%input, input, error, options%refine, bisection, options%settings)
+         if (solve .and. .not. allocated(options%rung)) then
+            call read_input(options%input, input, error, options%refine, bisection, options%settings)
+         else
+            call read_input(options%input, input, error, options%refine, settings=options%settings)
+         end if
          call apply_given(input, error)
       end if
       call agree(options%team, error)

@@ -68,13 +68,14 @@ contains
       end do
    end function longest_side
 
-   !> Cut the marked triangles, each into four; of slender ones the long sides only, so that they become less so.
+   !> Cut the marked triangles, each into four; of slender ones the long sides only, so that they become less so, unless
+   !> all are to be cut in four.
    !>
    !> New nodes lie on the surface of the generator where that is known, else on the smooth surface through the old ones that
    !> `crease_angle`, `normal` and `crease` say (finshell_patches), without `crease_angle` on the facets.
    subroutine bisect(self, marked, crease_angle, normal, crease)
       type(bisection_t), intent(inout) :: self
-      logical, intent(in) :: marked(:) !< (elements)
+      logical, intent(in), optional :: marked(:) !< (elements); absent: all
       real(wp), intent(in), optional :: crease_angle !< degrees
       real(wp), intent(in), optional :: normal(:, :, :) !< (3, 3, elements)
       integer, intent(in), optional :: crease(:, :) !< (2, :) pairs of nodes
@@ -87,7 +88,11 @@ contains
       integer :: i, n
 
       call new_edges(edges, self%mesh%triangles)
-      call close_up(self%mesh, edges, self%side, marked, cut)
+      if (present(marked)) then
+         call close_up(self%mesh, edges, self%side, marked, cut)
+      else
+         allocate (cut(size(edges%nodes, 2)), source=.true.)
+      end if
       ! middles in the order of the edges
       allocate (middle(size(cut)), source=0)
       n = size(self%mesh%coordinates, 2)

@@ -80,13 +80,15 @@ contains
    end function residual_ratios
 
    !> Correction over increment.
-   pure function correction_ratio(correction, increment, field, length, detail) result(ratio)
+   pure function correction_ratio(correction, increment, field, length, detail, least) result(ratio)
       real(wp), intent(in) :: correction(:), increment(:)
       integer(i1), intent(in) :: field(:)
       real(wp), intent(in) :: length, detail
+      real(wp), intent(in), optional :: least(2) !< the norms of the increment count for at least this
       real(wp) :: ratio
       real(wp) :: whole(2), reference(2), norms(2)
       whole = field_norms(increment, field)
+      if (present(least)) whole = max(whole, least)
       reference(1) = max(whole(1), whole(2)*detail)
       reference(2) = max(whole(2), whole(1)/length)
       norms = field_norms(correction, field)

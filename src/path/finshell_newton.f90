@@ -38,7 +38,7 @@ module finshell_newton
 contains
 
    !> Iterate from the (predicted) state of the problem. On success the state is the new equilibrium; on failure it is anything.
-   subroutine solve_increment(problem, constraint, settings, mean_levels, result, stable)
+   subroutine solve_increment(problem, constraint, settings, mean_levels, result, stable, predicted, whole)
       class(problem_t), intent(inout) :: problem
       type(constraint_t), intent(in) :: constraint
       type(convergence_t), intent(in) :: settings
@@ -46,6 +46,8 @@ contains
       type(newton_result_t), intent(out) :: result
       !> Give up where a structure too soft for its load turns unstable on the way from rest: there is another start.
       logical, intent(in), optional :: stable
+      real(wp), intent(in), optional :: predicted(:, :) !< stresses for the first tangent, better than the state's own (`evaluate`)
+      real(wp), intent(in), optional :: whole(2) !< norms of an increment that this is part of (`correction_ratio`)
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:), stress(:, :)
       real(wp) :: change, scale, angle, earlier(2), before
@@ -59,12 +61,16 @@ contains
       if (problem%limp .and. .not. any(abs(problem%base%displacement) > 0)) result%stand_in = 1
       choose = settings%mixed == mixed_auto
       mixed = settings%mixed == mixed_always
-      if (mixed) call keep_stress(problem, constraint%scaling, stress)
+      if (present(predicted) .and. (mixed .or. choose)) then
+         stress = predicted
+      else if (mixed) then
+         call keep_stress(problem, constraint%scaling, stress)
+      end if
       call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
       if (choose .and. .not. allocated(error)) then
          mixed = is_wild(misfit())
          call problem%increment(increment)
-         if (mixed .and. any(abs(increment) > 0)) then
+         if (mixed .and. any(abs(increment) > 0) .and. .not. present(predicted)) then
             call keep_stress(problem, constraint%scaling, stress)
             call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
          end if
@@ -123,7 +129,7 @@ contains
          if (scale < 1) complete = .false.
          call problem%keep_iterate()
          call apply(problem, settings, mixed, constraint%scaling, x, change, scale, complete, guess, stress, increment, likely, &
-                    result)
+                    result, whole)
          if (result%code /= status_ok) return
 
          result%residual = misfit()
@@ -323,7 +329,7 @@ contains
    end subroutine correction_from
 
    !> Move by the correction and evaluate there; halve the correction where the element cannot be evaluated.
-   subroutine apply(problem, settings, mixed, scaling, x, change, scale, complete, guess, stress, increment, likely, result)
+   subroutine apply(problem, settings, mixed, scaling, x, change, scale, complete, guess, stress, increment, likely, result, whole)
       class(problem_t), intent(inout) :: problem
       type(convergence_t), intent(in) :: settings
       logical, intent(in) :: mixed
@@ -336,13 +342,14 @@ contains
       real(wp), intent(inout) :: increment(:)
       logical, intent(out) :: likely !< the correction is small enough
       type(newton_result_t), intent(inout) :: result
+      real(wp), intent(in), optional :: whole(2)
       type(error_t), allocatable :: error
       integer :: attempt
 
       do attempt = 0, halvings
          call problem%move(scale*x, scale*change, merge(stress_predicted, stress_own, mixed), stress, scaling)
          call problem%increment(increment)
-         result%correction = correction_ratio(scale*x, increment, problem%field, problem%size, problem%detail)
+         result%correction = correction_ratio(scale*x, increment, problem%field, problem%size, problem%detail, whole)
          likely = complete .and. result%correction <= settings%correction
          call problem%evaluate(.not. (likely .and. guess), error, result%stand_in, stress, scaling)
          if (.not. allocated(error)) exit

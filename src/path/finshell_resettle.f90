@@ -1,6 +1,7 @@
 !> Equilibrium from a state near by, at what the end of a step prescribes: as after a change of the mesh.
 module finshell_resettle
    use finshell_control, only: constraint_t
+   use finshell_convergence, only: field_norms
    use finshell_descent, only: descend
    use finshell_error, only: error_t, raise
    use finshell_factor, only: factor_at
@@ -16,12 +17,14 @@ module finshell_resettle
    private
    public :: resettle
 
+   real(wp), parameter :: usual_increment = 0.1_wp !< of the whole way from rest
+
 contains
 
    !> Iterate from `state` to equilibrium: at its load factor or, where the step prescribes a displacement or a volume, at
    !> `value` of that. Newton's method as the step asks for it, then plain, then, under load, a descent. Errors: all have failed,
    !> or the step cannot be watched; the problem is then in `state`.
-   subroutine resettle(problem, step, state, value, record, error, levels)
+   subroutine resettle(problem, step, state, value, record, error, levels, predicted)
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(state_t), intent(in) :: state !< of the mesh of the problem
@@ -29,10 +32,12 @@ contains
       type(record_t), intent(out) :: record
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: levels(2) !< of forces and moments, if there may be none at rest
+      !> Stresses of the state for its first tangent; then corrections are weighed by what the state has moved from rest.
+      real(wp), intent(in), optional :: predicted(:, :)
       type(newton_result_t) :: result
       type(constraint_t) :: constraint
       type(convergence_t) :: settings
-      real(wp) :: least(2)
+      real(wp) :: least(2), whole(2)
       real(dp) :: now
       integer :: attempt
 
@@ -42,6 +47,8 @@ contains
          call problem%watch(step%node_set, step%component, error)
       end if
       if (allocated(error)) return
+      whole = 0
+      if (present(predicted)) whole = usual_increment*moved(problem, state)
       problem%state = state
       call problem%accept()
       constraint%control = control_load
@@ -56,7 +63,7 @@ contains
       do attempt = 1, 3
          if (attempt > 1) settings%mixed = mixed_never
          if (attempt < 3) then
-            call solve_increment(problem, constraint, settings, least, result)
+            call solve_increment(problem, constraint, settings, least, result, predicted=predicted, whole=whole)
          else if (step%descent .and. constraint%control == control_load .and. allocated(problem%weight)) then
             call descend(problem, constraint%target, settings, least, huge(1.0_wp), result, step%scaling)
          else
@@ -86,4 +93,19 @@ contains
       call cpu_time(now)
       record%cpu_time = now
    end subroutine resettle
+
+   !> How far the structure has moved from rest: norms as `correction_ratio` takes them.
+   function moved(problem, state) result(norms)
+      class(problem_t), intent(inout) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: norms(2)
+      real(wp) :: x(problem%n)
+      problem%state = state
+      problem%base = state
+      problem%base%displacement = 0
+      problem%base%rotation = 0
+      problem%base%rotation(1, :) = 1
+      call problem%increment(x)
+      norms = field_norms(x, problem%field)
+   end function moved
 end module finshell_resettle

@@ -12,7 +12,7 @@ module finshell_input
    use finshell_namelist, only: namelist_t, read_namelist, parse_namelist, check_groups, count_groups
    use finshell_namelist, only: get, group_t, check_all_used, complain_about
    use finshell_bisection, only: bisection_t
-   use finshell_input_accuracy, only: accuracy_t, read_accuracy
+   use finshell_input_accuracy, only: accuracy_t, read_accuracy, read_coarser
    use finshell_input_common, only: check_name
    use finshell_input_counts, only: check_counts
    use finshell_input_points, only: choose_points
@@ -169,7 +169,9 @@ contains
       type(bisection_t), intent(inout), optional :: bisection
       logical, intent(in), optional :: same_mesh !< whatever the preset says
       type(mesh_t), intent(in), optional :: given !< see `parse_input`
+      integer :: coarser, finer
 
+      finer = 0
       input%file = file_name
       input%text = text
       call check_groups(namelist, group_names, error)
@@ -177,9 +179,12 @@ contains
       if (.not. allocated(error)) call translate_job(namelist, input, error)
       if (allocated(error)) return
       if (present(same_mesh)) input%preset%refine = 0
-      if (count_groups(namelist, 'accuracy') > 0) then
-         call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels, &
-                            bisection)
+      if (count_groups(namelist, 'accuracy') > 0 .and. present(bisection)) then
+         call read_coarser(namelist, coarser, error)
+         if (present(levels)) finer = levels
+         call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, &
+                            finer - coarser, bisection)
+         if (allocated(error) .and. coarser > 0) error%message = error%message//' (coarser = '//text_of(coarser)//' in &accuracy)'
       else
          call read_any_mesh(namelist, folder_of(input%file), input%structure%mesh, input%normals, input%preset, error, levels, &
                             given=given)

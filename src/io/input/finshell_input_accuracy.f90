@@ -6,13 +6,15 @@ module finshell_input_accuracy
    use finshell_load, only: load_nodal
    use finshell_mesh, only: find_node_set
    use finshell_monitor, only: monitor_t, reduce_mean
-   use finshell_namelist, only: check_all_used, complain_about, get, group_t, has
+   use finshell_namelist, only: check_all_used, complain_about, get, group_t, has, namelist_t
    use finshell_result_fields, only: find_field
    use finshell_step, only: control_linear, is_in_time, is_mode, step_t
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: accuracy_t, read_accuracy
+   public :: accuracy_t, read_accuracy, read_coarser
+
+   integer, parameter :: most_levels = 8
 
    type :: accuracy_t
       real(wp) :: target = 0.01_wp !< relative error that is wanted
@@ -20,6 +22,8 @@ module finshell_input_accuracy
       real(wp) :: budget = 600 !< seconds of CPU time
       integer :: most_elements = 200000
       integer :: most_meshes = 30
+      integer :: coarser = 0 !< the path is followed on a mesh of so many levels less, its end carried to the mesh of the input
+      logical :: judged = .true. !< meshes beyond that of the input may be wanted
       integer :: line = 0 !< where the group stands
    end type accuracy_t
 
@@ -42,11 +46,26 @@ contains
       call get(group, 'budget', accuracy%budget, error, default=accuracy%budget, above=0.0_wp)
       call get(group, 'most_elements', accuracy%most_elements, error, default=accuracy%most_elements, minimum=1)
       call get(group, 'most_meshes', accuracy%most_meshes, error, default=accuracy%most_meshes, minimum=1)
+      call get(group, 'coarser', accuracy%coarser, error, default=0, minimum=0, maximum=most_levels)
+      accuracy%judged = accuracy%coarser == 0 .or. has(group, 'target') .or. has(group, 'monitor')
       call check_all_used(group, error)
       if (allocated(error)) return
       if (has(group, 'monitor')) call find_goal(group, name, monitors, accuracy, error)
-      if (.not. allocated(error)) call check_analysis(group, structure, load_lines, steps, monitors, error)
+      if (.not. allocated(error)) call check_analysis(group, structure, load_lines, steps, monitors, accuracy, error)
    end subroutine read_accuracy
+
+   !> The key `coarser`, which is needed before the mesh is read.
+   subroutine read_coarser(namelist, coarser, error)
+      type(namelist_t), intent(inout) :: namelist
+      integer, intent(out) :: coarser
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: i
+      coarser = 0
+      do i = 1, size(namelist%groups)
+         if (namelist%groups(i)%name == 'accuracy') &
+            call get(namelist%groups(i), 'coarser', coarser, error, default=0, minimum=0, maximum=most_levels)
+      end do
+   end subroutine read_coarser
 
    !> The monitor whose error is estimated: the mean of a displacement component.
    subroutine find_goal(group, name, monitors, accuracy, error)
@@ -83,12 +102,13 @@ contains
    end function comes_or_goes
 
    !> What cannot go on from mesh to mesh.
-   subroutine check_analysis(group, structure, load_lines, steps, monitors, error)
+   subroutine check_analysis(group, structure, load_lines, steps, monitors, accuracy, error)
       type(group_t), intent(in) :: group
       type(structure_t), intent(in) :: structure
       integer, intent(in) :: load_lines(:)
       type(step_t), intent(in) :: steps(:)
       type(monitor_t), intent(in) :: monitors(:)
+      type(accuracy_t), intent(in) :: accuracy
       type(error_t), allocatable, intent(inout) :: error
       integer :: i
       if (structure%cases > 0) then
@@ -105,6 +125,8 @@ contains
       else if (any(is_in_time(steps%control))) then
          call complain_about(group, '', 'a motion cannot go on from mesh to mesh: with this group no step goes through time; ' &
                              //'finshell study refines the mesh of the whole motion', error)
+      else if (accuracy%coarser > 0 .and. all(steps%control == control_linear)) then
+         call complain_about(group, 'coarser', 'linear steps follow no path: nothing would be saved', error)
       else if (any(steps%control == control_linear) .and. .not. all(steps%control == control_linear)) then
          call complain_about(group, '', 'either all steps are linear or none is expected', error)
       else if (size(structure%connectors) > 0 .or. structure%mesh%loose > 0) then
