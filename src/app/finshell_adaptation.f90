@@ -301,7 +301,9 @@ contains
       type(path_t) :: anew
       type(error_t), allocatable :: failure
       real(wp) :: value
+      logical :: stable
 
+      stable = problem%negative_pivots == 0
       value = 0
       if (prescribes_monitored(input%steps(size(input%steps))%control)) value = problem%monitored(problem%state)
       input%structure = next%structure
@@ -312,7 +314,7 @@ contains
       if (.not. is_linear(input)) then
          call hold_supports(problem%equations, state)
          call resettle(problem, input%steps(size(input%steps)), state, value, record, failure, &
-                       predicted=in_order_of(problem%assembly, stress))
+                       predicted=in_order_of(problem%assembly, stress), stable=stable)
          path%iterations = path%iterations + record%iterations
          if (.not. allocated(failure)) then
             call speaker%increment(problem%state, record, error)

@@ -9,6 +9,7 @@ module finshell_driver
    use finshell_disk, only: write_failures_return
    use finshell_blas_threads, only: to_openmp
    use finshell_checkpoint, only: restore
+   use finshell_coarser_advice, only: coarser_advice
    use finshell_convert, only: convert
    use finshell_law_report, only: report_law
    use finshell_check_report, only: print_check
@@ -132,6 +133,7 @@ contains
       type(bisection_t) :: bisection
       type(error_t), allocatable :: error, late
       real(wp), allocatable :: levels(:)
+      character(len=:), allocatable :: advice
       logical :: speaks, stopped
       integer :: first, i
 
@@ -171,7 +173,9 @@ contains
             //': &step: steps in time run in one process: take finshell, not finshell_mpi'
          return
       end if
-      call choose_threads(input%threads, size(input%structure%mesh%triangles, 2))
+      i = size(input%structure%mesh%triangles, 2)
+      if (allocated(input%accuracy)) i = i*4**input%accuracy%coarser
+      call choose_threads(input%threads, i)
       call prepare(input, problem, options%team, error)
       if (complain(error, speaks)) return
       call prepare_sensitivities(input, options%refine, associated(options%team), problem, reporter%sensitivities, error)
@@ -258,6 +262,10 @@ contains
          reporter%final, error)
       if (speaks .and. allocated(reporter%sensitivities)) call warn(reporter%sensitivities%complaint())
       if (speaks) call print_summary(options, input, problem, path, reporter, allocated(error))
+      if (speaks .and. .not. (allocated(error) .or. options%quiet)) then
+         advice = coarser_advice(options, input, problem%n, path%iterations)
+         if (advice /= '') write (output_unit, '(a)') advice
+      end if
       code = exit_ok
       if (complain(error, speaks)) code = merge(exit_interrupted, exit_incomplete, stopped)
    end subroutine run

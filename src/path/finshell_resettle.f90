@@ -24,7 +24,7 @@ contains
    !> Iterate from `state` to equilibrium: at its load factor or, where the step prescribes a displacement or a volume, at
    !> `value` of that. Newton's method as the step asks for it, then plain, then, under load, a descent. Errors: all have failed,
    !> or the step cannot be watched; the problem is then in `state`.
-   subroutine resettle(problem, step, state, value, record, error, levels, predicted)
+   subroutine resettle(problem, step, state, value, record, error, levels, predicted, stable)
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(state_t), intent(in) :: state !< of the mesh of the problem
@@ -34,12 +34,16 @@ contains
       real(wp), intent(in), optional :: levels(2) !< of forces and moments, if there may be none at rest
       !> Stresses of the state for its first tangent; then corrections are weighed by what the state has moved from rest.
       real(wp), intent(in), optional :: predicted(:, :)
-      type(newton_result_t) :: result
+      !> A stable state is near: where Newton's method finds an unstable one, a descent under load looks for that.
+      logical, intent(in), optional :: stable
+      type(newton_result_t) :: result, newton
+      type(state_t) :: found
       type(constraint_t) :: constraint
       type(convergence_t) :: settings
       real(wp) :: least(2), whole(2)
       real(dp) :: now
-      integer :: attempt
+      integer :: attempt, pivots
+      logical :: doubtful
 
       if (allocated(step%volumes)) then
          call problem%watch_volume(error, step%element_set)
@@ -60,19 +64,30 @@ contains
       settings = step%convergence
       least = 0
       if (present(levels)) least = levels
-      do attempt = 1, 3
+      do attempt = 1, 2
          if (attempt > 1) settings%mixed = mixed_never
-         if (attempt < 3) then
-            call solve_increment(problem, constraint, settings, least, result, predicted=predicted, whole=whole)
-         else if (step%descent .and. constraint%control == control_load .and. allocated(problem%weight)) then
-            call descend(problem, constraint%target, settings, least, huge(1.0_wp), result, step%scaling)
-         else
-            exit
-         end if
+         call solve_increment(problem, constraint, settings, least, result, predicted=predicted, whole=whole)
          record%iterations = record%iterations + result%iterations
+         record%cuts = attempt - 1
          if (result%converged) exit
          call problem%restore()
       end do
+      doubtful = .not. result%converged
+      if (present(stable)) doubtful = doubtful .or. (stable .and. problem%negative_pivots > 0)
+      if (doubtful .and. step%descent .and. constraint%control == control_load .and. allocated(problem%weight)) then
+         newton = result
+         found = problem%state
+         pivots = problem%negative_pivots
+         call problem%restore()
+         call descend(problem, constraint%target, settings, least, huge(1.0_wp), result, step%scaling)
+         record%iterations = record%iterations + result%iterations
+         record%descended = result%converged
+         if (newton%converged .and. .not. result%converged) then
+            result = newton
+            problem%state = found
+            problem%negative_pivots = pivots
+         end if
+      end if
       if (.not. result%converged) then
          if (.not. allocated(result%reason)) result%reason = 'no equilibrium'
          call raise(error, status_not_converged, result%reason)
@@ -83,13 +98,11 @@ contains
       record%increment = problem%state%increment
       record%control = constraint%control
       record%negative_pivots = problem%negative_pivots
-      record%descended = attempt == 3
       record%regularised = result%regularised
       record%load_factor = problem%state%load_factor
       record%residual = result%residual
       record%correction = result%correction
       record%rounding = result%rounding
-      record%cuts = attempt - 1
       call cpu_time(now)
       record%cpu_time = now
    end subroutine resettle
