@@ -183,7 +183,7 @@ contains
       character(len=:), allocatable :: reason
       reason = ''
       if (.not. result%judged) then
-         reason = 'This is the mesh of the input.'
+         reason = 'This mesh is as fine as that of the input.'
       else if (result%estimate <= input%accuracy%target) then
          reason = 'Accuracy: the estimate '//text_of(result%estimate)//' meets the target '//text_of(input%accuracy%target)//'.'
       else if (result%mesh >= input%accuracy%most_meshes) then

@@ -203,6 +203,7 @@ contains
       reporter%cases = input%factors
       reporter%duration = sum(input%steps%time%duration)
       if (allocated(input%accuracy)) reporter%mesh = 1
+      if (allocated(input%accuracy)) reporter%judged = input%accuracy%judged
       if (allocated(input%accuracy)) input%outputs(1)%restart = restart_none
       first = 1
       head = new_head(options, input)

@@ -36,6 +36,7 @@ module finshell_reporter
       type(lock_t) :: lock
       logical :: quiet = .false.
       logical :: estimates = .false. !< of errors are asked for: fields or monitors
+      logical :: judged = .false. !< &accuracy estimates the error
       real(wp) :: relative_error = -1 !< of the mesh, estimated, at the end; negative: not known
       logical :: stands_in = .false. !< arc-length stands in for the control of the step
       type(record_t) :: last
@@ -306,7 +307,7 @@ contains
                call self%probes(i)%append(self%problem, state, row, .true., error)
          end do
       end if
-      if (self%mesh == 0 .and. self%last%increment > 0 .and. .not. leaves_state(self%last%control) &
+      if (.not. self%judged .and. self%last%increment > 0 .and. .not. leaves_state(self%last%control) &
           .and. .not. is_in_time(self%last%control)) then
          call estimate_error(self%problem, state, indicator)
          self%relative_error = indicator%relative
