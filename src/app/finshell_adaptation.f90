@@ -314,7 +314,8 @@ contains
       if (.not. is_linear(input)) then
          call hold_supports(problem%equations, state)
          call resettle(problem, input%steps(size(input%steps)), state, value, record, failure, &
-                       predicted=in_order_of(problem%assembly, stress), stable=stable)
+                       predicted=in_order_of(problem%assembly, stress), stable=stable, &
+                       rescue=reporter%descents + reporter%relaxations > 0) ! else the path is the shorter way
          path%iterations = path%iterations + record%iterations
          if (.not. allocated(failure)) then
             call speaker%increment(problem%state, record, error)

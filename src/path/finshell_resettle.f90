@@ -24,7 +24,7 @@ contains
    !> Iterate from `state` to equilibrium: at its load factor or, where the step prescribes a displacement or a volume, at
    !> `value` of that. Newton's method as the step asks for it, then plain, then, under load, a descent. Errors: all have failed,
    !> or the step cannot be watched; the problem is then in `state`.
-   subroutine resettle(problem, step, state, value, record, error, levels, predicted, stable)
+   subroutine resettle(problem, step, state, value, record, error, levels, predicted, stable, rescue)
       class(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(state_t), intent(in) :: state !< of the mesh of the problem
@@ -36,6 +36,7 @@ contains
       real(wp), intent(in), optional :: predicted(:, :)
       !> A stable state is near: where Newton's method finds an unstable one, a descent under load looks for that.
       logical, intent(in), optional :: stable
+      logical, intent(in), optional :: rescue !< by plain Newton and by a descent where the first iteration fails; default: yes
       type(newton_result_t) :: result, newton
       type(state_t) :: found
       type(constraint_t) :: constraint
@@ -43,7 +44,7 @@ contains
       real(wp) :: least(2), whole(2)
       real(dp) :: now
       integer :: attempt, pivots
-      logical :: doubtful
+      logical :: doubtful, rescued
 
       if (allocated(step%volumes)) then
          call problem%watch_volume(error, step%element_set)
@@ -64,7 +65,9 @@ contains
       settings = step%convergence
       least = 0
       if (present(levels)) least = levels
-      do attempt = 1, 2
+      rescued = .true.
+      if (present(rescue)) rescued = rescue
+      do attempt = 1, merge(2, 1, rescued)
          if (attempt > 1) settings%mixed = mixed_never
          call solve_increment(problem, constraint, settings, least, result, predicted=predicted, whole=whole)
          record%iterations = record%iterations + result%iterations
@@ -72,8 +75,8 @@ contains
          if (result%converged) exit
          call problem%restore()
       end do
-      doubtful = .not. result%converged
-      if (present(stable)) doubtful = doubtful .or. (stable .and. problem%negative_pivots > 0)
+      doubtful = rescued .and. .not. result%converged
+      if (present(stable) .and. result%converged) doubtful = stable .and. problem%negative_pivots > 0
       if (doubtful .and. step%descent .and. constraint%control == control_load .and. allocated(problem%weight)) then
          newton = result
          found = problem%state
