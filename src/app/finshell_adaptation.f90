@@ -22,11 +22,11 @@ module finshell_adaptation
    use finshell_resettle, only: resettle
    use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
-   use finshell_state, only: state_t
+   use finshell_stations, only: station_t
    use finshell_state_transfer, only: carry_over, hold_supports
    use finshell_status, only: status_io_error
    use finshell_stress_transfer, only: in_order_of, inherit_resultants, resultants_of
-   use finshell_step, only: control_linear, prescribes_monitored
+   use finshell_step, only: control_linear, prescribes_monitored, step_t
    use finshell_structure, only: turning_nodes
    implicit none
    private
@@ -63,9 +63,9 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(result_t) :: result
       type(input_t) :: next
-      type(state_t) :: state
+      type(station_t), allocatable :: carried(:) !< the end is the last one
       logical :: whole
-      real(wp), allocatable :: weights(:), stress(:, :)
+      real(wp), allocatable :: weights(:)
       real(wp) :: aim, held, promised, tolerance
       real(dp) :: before, now
       character(len=:), allocatable :: reason
@@ -92,10 +92,10 @@ contains
          result%seconds = now
          call tell(options, input, unit, result)
          if (whole) then
-            state = problem%state
-            stress = resultants_of(problem%assembly, input%structure, state)
-            call carry_on(options, bisection, input, state, stress, next, error)
-            if (.not. allocated(error)) call next_mesh(options, next, state, stress, input, problem, path, reporter, speaker, error)
+            carried = [speaker%stations%list, end_of(input, problem)]
+            call find_stress(problem, input, carried)
+            call carry_on(options, bisection, input, carried, next, error)
+            if (.not. allocated(error)) call next_mesh(options, next, carried, input, problem, path, reporter, speaker, error)
             if (allocated(error)) exit
             before = now
             cycle
@@ -106,12 +106,12 @@ contains
          held = promised/sum(weights)
          if (promised > 0) aim = min(most_aim, max(least_aim, most_aim*held))
          call refine(options, bisection, input, problem, weights, aim*tolerance, &
-                     merge(trusted_growth, usual_growth, held > trusted), promised, next, state, stress, error)
+                     merge(trusted_growth, usual_growth, held > trusted), promised, next, carried, error)
          if (allocated(error)) exit
          reason = reason_not_to_begin(input, size(bisection%side), result, now - before)
          if (reason /= '') exit
          before = now
-         call next_mesh(options, next, state, stress, input, problem, path, reporter, speaker, error)
+         call next_mesh(options, next, carried, input, problem, path, reporter, speaker, error)
       end do
       close (unit)
       if (allocated(error)) then
@@ -233,28 +233,50 @@ contains
       end associate
    end subroutine cut
 
-   !> Cut elements and carry the state over.
-   subroutine carry_on(options, bisection, before, state, stress, next, error, marked)
+   !> The state of a mesh at the end of its steps.
+   function end_of(input, problem) result(station)
+      type(input_t), intent(in) :: input
+      type(equilibrium_t), intent(in) :: problem
+      type(station_t) :: station
+      station%state = problem%state
+      station%stable = problem%negative_pivots == 0
+      if (prescribes_monitored(input%steps(size(input%steps))%control)) station%value = problem%monitored(problem%state)
+   end function end_of
+
+   subroutine find_stress(problem, input, carried)
+      type(equilibrium_t), intent(in) :: problem
+      type(input_t), intent(in) :: input
+      type(station_t), intent(inout) :: carried(:)
+      integer :: i
+      do i = 1, size(carried)
+         carried(i)%stress = resultants_of(problem%assembly, input%structure, carried(i)%state)
+      end do
+   end subroutine find_stress
+
+   !> Cut elements and carry states over.
+   subroutine carry_on(options, bisection, before, carried, next, error, marked)
       type(options_t), intent(in) :: options
       type(bisection_t), intent(inout) :: bisection
       type(input_t), intent(in) :: before
-      type(state_t), intent(inout) :: state
-      real(wp), intent(inout), allocatable :: stress(:, :) !< of the elements
+      type(station_t), intent(inout) :: carried(:)
       type(input_t), intent(out) :: next
       type(error_t), allocatable, intent(out) :: error
       logical, intent(in), optional :: marked(:) !< absent: all
+      integer :: i
       call cut(bisection, before, marked)
       call read_input(options%input, next, error, options%refine, bisection, options%settings)
       if (allocated(error) .or. is_linear(before)) return
       associate (old => before%structure)
-         state = carry_over(state, old%mesh, turning_nodes(old), bisection%ends, next%structure%mesh)
-         stress = inherit_resultants(stress, old%mesh, bisection%parent, next%structure%mesh)
+         do i = 1, size(carried)
+            carried(i)%state = carry_over(carried(i)%state, old%mesh, turning_nodes(old), bisection%ends, next%structure%mesh)
+            carried(i)%stress = inherit_resultants(carried(i)%stress, old%mesh, bisection%parent, next%structure%mesh)
+         end do
       end associate
    end subroutine carry_on
 
    !> The next mesh and the state carried over to it. Where the estimate promises that one cut of an element is not enough its
    !> parts are cut at once, as long as the mesh does not grow too much for the estimate to be believed.
-   subroutine refine(options, bisection, input, problem, weights, tolerance, growth, promised, next, state, stress, error)
+   subroutine refine(options, bisection, input, problem, weights, tolerance, growth, promised, next, carried, error)
       type(options_t), intent(in) :: options
       type(bisection_t), intent(inout) :: bisection
       type(input_t), intent(in) :: input
@@ -263,21 +285,20 @@ contains
       integer, intent(in) :: growth !< of the elements, beyond which parts are not cut again
       real(wp), intent(out) :: promised !< sum of the shares there
       type(input_t), intent(out) :: next
-      type(state_t), intent(out) :: state
-      real(wp), allocatable, intent(out) :: stress(:, :)
+      type(station_t), allocatable, intent(out) :: carried(:) !< the end
       type(error_t), allocatable, intent(out) :: error
       type(input_t) :: before
       real(wp), allocatable :: shares(:)
       logical, allocatable :: chosen(:)
       next = input
-      state = problem%state
-      if (.not. is_linear(input)) stress = resultants_of(problem%assembly, input%structure, state)
+      carried = [end_of(input, problem)]
+      if (.not. is_linear(input)) call find_stress(problem, input, carried)
       shares = weights
       do
          chosen = worth_cutting(shares, tolerance)
          if (size(shares) > size(weights) .and. size(shares) + 3*count(chosen) > input%accuracy%most_elements) exit
          before = next
-         call carry_on(options, bisection, before, state, stress, next, error, chosen)
+         call carry_on(options, bisection, before, carried, next, error, chosen)
          if (allocated(error)) return
          shares = shares_of_parts(shares, bisection%parent)
          promised = sum(shares)
@@ -286,39 +307,36 @@ contains
    end subroutine refine
 
    !> Bring the job to its end on the next mesh.
-   subroutine next_mesh(options, next, state, stress, input, problem, path, reporter, speaker, error)
+   subroutine next_mesh(options, next, carried, input, problem, path, reporter, speaker, error)
       type(options_t), intent(in) :: options
       type(input_t), intent(in) :: next
-      type(state_t), intent(inout) :: state !< carried over
-      real(wp), allocatable, intent(in) :: stress(:, :) !< likewise
+      type(station_t), intent(inout) :: carried(:) !< to it
       type(input_t), intent(inout), target :: input
       type(equilibrium_t), intent(inout) :: problem
       type(path_t), intent(inout) :: path
       type(reporter_t), intent(inout) :: reporter
       type(speaker_t), intent(inout) :: speaker
       type(error_t), allocatable, intent(out) :: error
-      type(record_t) :: record
       type(path_t) :: anew
       type(error_t), allocatable :: failure
-      real(wp) :: value
-      logical :: stable
+      integer :: i, number
 
-      stable = problem%negative_pivots == 0
-      value = 0
-      if (prescribes_monitored(input%steps(size(input%steps))%control)) value = problem%monitored(problem%state)
+      number = problem%state%increment
       input%structure = next%structure
       call choose_solver(input, .false., problem%solver%options, error)
       if (.not. allocated(error)) call new_equilibrium(problem, input%structure, error)
       if (.not. allocated(error)) call reporter%change_mesh(input%text, error)
       if (allocated(error)) return
       if (.not. is_linear(input)) then
-         call hold_supports(problem%equations, state)
-         call resettle(problem, input%steps(size(input%steps)), state, value, record, failure, &
-                       predicted=in_order_of(problem%assembly, stress), stable=stable, &
-                       rescue=reporter%descents + reporter%relaxations > 0) ! else the path is the shorter way
-         path%iterations = path%iterations + record%iterations
+         do i = 1, size(carried)
+            carried(i)%state%increment = number
+            call settle(input%steps(size(input%steps)), carried(i), problem, path, reporter, speaker, failure, error)
+            number = problem%state%increment
+            if (allocated(failure) .or. allocated(error)) exit
+         end do
+         if (allocated(error)) return
          if (.not. allocated(failure)) then
-            call speaker%increment(problem%state, record, error)
+            speaker%stations%list = carried(:size(carried) - 1)
             return
          end if
          if (.not. options%quiet) write (output_unit, '(5x,a)') &
@@ -332,6 +350,28 @@ contains
       path%iterations = path%iterations + anew%iterations
       path%cuts = path%cuts + anew%cuts
    end subroutine next_mesh
+
+   !> Bring a carried-over state to equilibrium; it comes to be that.
+   subroutine settle(step, station, problem, path, reporter, speaker, failure, error)
+      type(step_t), intent(in) :: step
+      type(station_t), intent(inout) :: station
+      type(equilibrium_t), intent(inout) :: problem
+      type(path_t), intent(inout) :: path
+      type(reporter_t), intent(in) :: reporter
+      type(speaker_t), intent(inout) :: speaker
+      type(error_t), allocatable, intent(out) :: failure !< no equilibrium was found
+      type(error_t), allocatable, intent(out) :: error
+      type(record_t) :: record
+      call hold_supports(problem%equations, station%state)
+      call resettle(problem, step, station%state, station%value, record, failure, &
+                    predicted=in_order_of(problem%assembly, station%stress), stable=station%stable, &
+                    rescue=reporter%descents + reporter%relaxations > 0) ! else the path is the shorter way
+      path%iterations = path%iterations + record%iterations
+      if (allocated(failure)) return
+      station%state = problem%state
+      station%stable = record%negative_pivots == 0
+      call speaker%increment(problem%state, record, error)
+   end subroutine settle
 
    !> The table NAME.meshes.csv.
    subroutine open_table(name, input, unit, error)

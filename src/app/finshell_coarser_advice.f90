@@ -35,7 +35,7 @@ contains
       call new_setting(setting, 'accuracy.coarser='//text_of(levels), complaint)
       call read_input(options%input, coarse, error, options%refine, bisection, [options%settings, setting])
       if (allocated(error)) return
-      text = 'If the end is all that is wanted, --set '//setting%text//' finds the way on a coarser mesh and the end on one as ' &
-             //'fine as this, mostly for a quarter of the time or less (doc/adaptive.md).'
+      text = 'The way was long: --set '//setting%text//' finds it on a coarser mesh, its end and what is asked for on it on one ' &
+             //'as fine as this, mostly for a quarter of the time or less (doc/adaptive.md).'
    end function coarser_advice
 end module finshell_coarser_advice

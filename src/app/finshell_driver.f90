@@ -238,6 +238,7 @@ contains
       call agree(options%team, error)
       if (complain(error, speaks)) return
       call speaker%take(reporter, options%team)
+      if (allocated(input%accuracy)) speaker%stations%wanted = input%accuracy%coarser > 0
       call follow_steps(input%steps, problem, path, reporter, speaker, error, input%velocity, first)
       if (allocated(input%accuracy) .and. .not. allocated(error)) &
          call adapt(options, bisection, input, problem, path, reporter, speaker, error)

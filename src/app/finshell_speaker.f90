@@ -7,6 +7,7 @@ module finshell_speaker
    use finshell_progress_line, only: progress_line_t
    use finshell_reporter, only: reporter_t
    use finshell_state, only: linear_change_t, state_t
+   use finshell_stations, only: stations_t
    use finshell_step, only: step_t
    use finshell_team, only: agree, leads, team_t
    implicit none
@@ -17,6 +18,7 @@ module finshell_speaker
       type(reporter_t), pointer, private :: reporter => null()
       class(team_t), pointer, private :: team => null()
       type(progress_line_t) :: line
+      type(stations_t) :: stations
    contains
       procedure :: take
       procedure :: begin_step
@@ -41,6 +43,7 @@ contains
       integer, intent(in) :: number !< of the one that begins
       type(state_t), intent(in) :: state
       call self%reporter%begin_step(steps(number), number)
+      call self%stations%begin(steps(number), number == size(steps))
       call self%line%begin_step(steps(number), number, size(steps), state%load_factor, state%time)
    end subroutine begin_step
 
@@ -51,6 +54,7 @@ contains
       type(record_t), intent(in) :: record
       type(error_t), allocatable, intent(out) :: error
       type(linear_change_t), intent(in), optional, target :: change
+      if (self%stations%wanted) call self%stations%note(state, record)
       if (leads(self%team)) then
          call self%line%clear()
          call self%reporter%increment(state, record, error, change)

@@ -134,11 +134,33 @@ class Accuracy(unittest.TestCase):
             self.assertEqual([row["estimate"] for row in meshes], ["", "", ""], name)
             self.assertEqual(meshes[-1]["elements"], elements, name)
             self.assertEqual([int(row["elements"]) * 4 for row in meshes[:-1]], [int(row["elements"]) for row in meshes[1:]], name)
-            self.assertLessEqual(int(history[-1]["iterations"]), 5, name)  # tight
+            self.assertLessEqual(int(history[-1]["iterations"]), 5, name)  # tight tolerances
             close = 2e-7 if "&mesh generator = 'rectangle'" in text else 2e-4
             for column in ("w", "load_factor"):
                 self.assertAlmostEqual(float(history[-1][column]) / float(direct[column]), 1, delta=close, msg=name)
             self.assertIn(f"{elements} elements", self.run_text(text + "&accuracy coarser = 2 /\n", command="check").stdout)
+
+    def test_levels_on_the_way(self):
+        """What the last step asks for on its way is found on each mesh, as the way on the mesh itself finds it."""
+        plate = PLATE.replace("&step tolerance = 'tight' /", "{step}") + "&load type = 'force' node_set = 'corner_x1_y0' vector = 0, 0, 1.5 /\n"
+        disk = DISK.replace("rings = 4 core = 2", "rings = 12")
+        at_corner = "&step control = 'displacement' node_set = 'corner_x1_y0' component = 'z' displacements = 0.2, 0.4, 0.5 tolerance = 'tight' /"
+        for text, step, column, values, close in ((plate, "&step load_factor = 0.1 /\n&step load_levels = 0.3, 0.6 tolerance = 'tight' /", "load_factor", (0.3, 0.6, 1), 2e-7),
+                                                  (plate, at_corner, "corner", (0.2, 0.4, 0.5), 2e-7),
+                                                  (disk, "&step control = 'volume' volumes = 200, 500 tolerance = 'tight' /", "volume", (200, 500), 1e-3)):
+            text = text.replace("{step}", step) + ("&monitor name = 'corner' quantity = 'displacement' component = 'z' node_set = 'corner_x1_y0' /\n" if text is plate else
+                                                   "&monitor name = 'volume' quantity = 'volume' /\n")
+            self.run_text(text, "-q")
+            direct = self.rows("history")
+            self.run_text(text, "-q", "--set", "accuracy.coarser=1")
+            found = [row for row in self.rows("history") if float(row["mesh"]) == 2]
+            self.assertEqual(len(found), len(values), step)
+            self.assertEqual([int(row["increment"]) for row in found], list(range(int(found[0]["increment"]), int(found[0]["increment"]) + len(found))))
+            for row, value in zip(found, values):
+                self.assertAlmostEqual(float(row[column]) / value, 1, delta=1e-7, msg=step)
+                same = min(direct, key=lambda other, row=row: abs(float(other[column]) - float(row[column])))
+                for name in ("w", "load_factor"):
+                    self.assertAlmostEqual(float(row[name]) / float(same[name]), 1, delta=close, msg=step)
 
     def test_way_on_a_coarser_mesh_then_refined(self):
         """With a target the mesh of the input is the first that is judged."""
