@@ -180,20 +180,23 @@ contains
       real(wp), intent(in), optional :: stress(:, :)
       integer, intent(in), optional :: scaling
       real(wp), allocatable :: unit_force(:, :, :), bulges(:, :, :), out_of_balance(:, :)
+      real(wp), allocatable :: remembered(:, :)
       real(wp) :: levels(2), part
       integer :: status, bad_element, active
       call self%refresh()
       if (self%condensed) call self%external%chambers%follow(self%structure, self%equations, self%state, error)
       if (allocated(error)) return
+      if (allocated(self%state%past)) call move_alloc(self%state%past%end, remembered)
       if (tangent) then
          self%assemblies = self%assemblies + 1
          call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, self%values, &
-                       self%entry%energy, resultants=stress, toward=toward)
+                       self%entry%energy, resultants=stress, toward=toward, remembered=remembered)
       else
          self%force_evaluations = self%force_evaluations + 1
          call assemble(self%assembly, self%structure, self%state, self%internal_force, status, bad_element, &
-                       energy=self%entry%energy)
+                       energy=self%entry%energy, remembered=remembered)
       end if
+      if (allocated(self%state%past)) call move_alloc(remembered, self%state%past%end)
       if (status /= status_ok) then
          ! An infinite displacement is a diverged iteration, not a mistake of the input.
          call raise(error, merge(status_not_converged, status, status == status_not_a_number), &
@@ -296,6 +299,7 @@ contains
       if (allocated(self%structure%growths)) self%entry%grown = powers_of_growth(self)
       if (allocated(self%entry%unit_force)) call balance_between(self%base_entry, self%entry, self%base, self%state, &
          scaling, self%external, self%structure, self%equations, self%assembly, value)
+      if (allocated(self%state%past)) value%known = .false. ! laws that remember may dissipate
       value%negligible = negligible_growth*abs(self%growth%stiffness)*self%change(scaling)**2
       call value%spend(self%taken)
    end function balance

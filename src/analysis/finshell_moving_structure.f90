@@ -16,6 +16,7 @@ module finshell_moving_structure
    use finshell_ground, only: lumped_weight
    use finshell_held_motion, only: held_change, turn_held
    use finshell_mean_displacement, only: mean_displacement_t, new_mean_displacement
+   use finshell_past, only: new_past
    use finshell_problem, only: problem_t, stress_kept, stress_own
    use finshell_retraction, only: retraction_t, new_retraction
    use finshell_state, only: state_t, new_state, move_state, motion_between
@@ -62,6 +63,7 @@ contains
          self%weight = [lumped_weight(structure%mesh, equations, self%detail), spread(0.0_wp, 1, chambers%n)]
          self%has_constants = self%external%has_constants .or. any(abs(equations%motion(:, :, by_constant_factor)) > 0)
          call new_state(self%state, size(structure%mesh%coordinates, 2), structure%cases + chambers%n)
+         call new_past(self%state%past, structure%sections, size(structure%mesh%triangles, 2))
          self%state%stage = stage
          if (allocated(structure%growths)) self%has_constants = self%has_constants &
             .or. any(structure%growths%list%scaling == by_constant_factor .and. structure%growths%list%span%covers(stage))

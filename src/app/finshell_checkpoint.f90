@@ -152,7 +152,9 @@ contains
          problem%base = problem%state
          problem%iterate = problem%state
          call problem%evaluate(.false., error)
-         if (.not. allocated(error)) call problem%accept()
+         if (allocated(error)) return
+         call problem%state%forget_trial()
+         call problem%accept()
       else
          call raise(error, status_io_error, 'cannot restart: the state is one of another model, or of another version of finshell')
       end if

@@ -39,6 +39,7 @@ module finshell_driver
    use finshell_sensitivity_models, only: prepare_sensitivities
    use finshell_speaker, only: speaker_t
    use finshell_step, only: is_in_time
+   use finshell_structure, only: remembers
    use finshell_status, only: status_input_error
    use finshell_study, only: study
    use finshell_team, only: agree, leads, team_t
@@ -171,6 +172,11 @@ contains
          if (speaks) write (error_unit, '(a)') 'finshell: '//input%file//':' &
             //text_of(input%step_lines(findloc(is_in_time(input%steps%control), .true., dim=1))) &
             //': &step: steps in time run in one process: take finshell, not finshell_mpi'
+         return
+      end if
+      if (remembers(input%structure) .and. associated(options%team)) then
+         if (speaks) write (error_unit, '(a)') 'finshell: '//input%file//': &material: laws with states run in ' &
+            //'one process: take finshell, not finshell_mpi'
          return
       end if
       i = size(input%structure%mesh%triangles, 2)

@@ -19,8 +19,9 @@ module finshell_job
    use finshell_state, only: state_t
    use finshell_structure, only: structure_t
    use finshell_team, only: agree
+   use finshell_timed_load, only: solve_timed_load
    use finshell_step, only: control_buckling, control_displacement, control_dynamic, control_explicit, control_frequencies, &
-      control_linear, control_volume, is_in_time, leaves_state, prescribes_monitored, step_t
+      control_linear, control_timed_load, control_volume, is_in_time, is_motion, leaves_state, prescribes_monitored, step_t
    implicit none
    private
    public :: follow_steps, follow_step, may_float
@@ -36,7 +37,7 @@ contains
       may_float = .true.
       do i = first, size(steps)
          if (.not. is_same_stage(structure, first, i)) exit
-         may_float = may_float .and. (steps(i)%control == control_frequencies .or. is_in_time(steps(i)%control))
+         may_float = may_float .and. (steps(i)%control == control_frequencies .or. is_motion(steps(i)%control))
       end do
    end function may_float
 
@@ -81,7 +82,7 @@ contains
       if (.not. allocated(error)) call change_case(problem, steps(i)%case, error)
       if (.not. allocated(error) .and. leaves_state(steps(i)%control)) call path%ramps_before(problem, steps(i), observer, error)
       if (allocated(error)) return
-      if (i == findloc(is_in_time(steps%control), .true., dim=1) .and. present(velocity) .and. .not. allocated(path%course)) &
+      if (i == findloc(is_motion(steps%control), .true., dim=1) .and. present(velocity) .and. .not. allocated(path%course)) &
          problem%state%velocity = free_part(problem%equations, velocity)
       select case (steps(i)%control)
       case (control_linear); call solve_linear(problem, steps(i), observer, error)
@@ -92,7 +93,12 @@ contains
                                                    path%course, path%underway)
       case default
          if (allocated(problem%state%velocity)) call come_to_rest(steps(i), problem, path, observer, error)
-         if (.not. allocated(error)) call path%follow(problem, steps(i), observer, error, resume=goes_on .and. path%underway)
+         if (allocated(error)) return
+         if (steps(i)%control == control_timed_load) then
+            call solve_timed_load(problem, steps(i), path, observer, error, goes_on)
+         else
+            call path%follow(problem, steps(i), observer, error, resume=goes_on .and. path%underway)
+         end if
       end select
    end subroutine follow_step
 
@@ -110,7 +116,7 @@ contains
       starts = problem%state%increment == 0
       changes = .not. is_same_stage(problem%structure, problem%stage, i)
       if (changes) then
-         if (allocated(problem%state%velocity) .and. .not. is_in_time(steps(i)%control)) &
+         if (allocated(problem%state%velocity) .and. .not. is_motion(steps(i)%control)) &
             call come_to_rest(steps(i), problem, path, observer, error)
          if (allocated(error)) return
          problem%may_float = may_float(problem%structure, steps, i)
@@ -122,7 +128,7 @@ contains
          return
       end if
       problem%stage = i
-      if (.not. (changes .or. (starts .and. allocated(problem%state%followers))) .or. is_in_time(steps(i)%control)) return
+      if (.not. (changes .or. (starts .and. allocated(problem%state%followers))) .or. is_motion(steps(i)%control)) return
       if (starts) call problem%evaluate(.false., error)
       ! what was left out of balance before is nothing to let go
       part = 2*maxval(steps(max(i - 1, 1):i)%convergence%residual)

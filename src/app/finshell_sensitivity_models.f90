@@ -13,7 +13,7 @@ module finshell_sensitivity_models
    use finshell_setting, only: apply_setting, new_setting, setting_t
    use finshell_status, only: status_input_error
    use finshell_step, only: control_volume, is_in_time, leaves_state
-   use finshell_structure, only: curved_elements, structure_t
+   use finshell_structure, only: curved_elements, remembers, structure_t
    use finshell_support, only: axes_cylindrical
    use finshell_variant, only: new_variant
    implicit none
@@ -122,6 +122,8 @@ contains
       text = ''
       if (several) then
          text = 'derivatives are found in one process: take finshell, not finshell_mpi'
+      else if (remembers(input%structure)) then
+         text = 'laws with states remember the way that led to a state; derivatives are those of laws without'
       else if (allocated(input%accuracy)) then
          text = 'with &accuracy the mesh changes during the run; refine the mesh by itself'
       else if (modes_end(input%imperfections) > 0) then

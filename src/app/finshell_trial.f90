@@ -22,7 +22,7 @@ module finshell_trial
    use finshell_stage, only: change_stage, is_same_stage
    use finshell_status, only: status_input_error
    use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_dynamic, control_explicit, &
-      control_frequencies, control_name, is_in_time, leaves_state
+      control_frequencies, control_name, control_timed_load, is_motion, leaves_state
    use finshell_structure, only: structure_t
    use finshell_targets, only: targets_t, new_targets
    implicit none
@@ -72,7 +72,7 @@ contains
 
       call check_chambers(step, problem, error)
       if (allocated(error)) return
-      if (is_in_time(step%control)) then
+      if (is_motion(step%control)) then
          call lumped_masses(problem, mass, error)
          if (allocated(error)) error%message = control_name(step%control)//': '//error%message
          if (.not. allocated(error)) call check_mobile(problem, control_name(step%control), mass, &
@@ -81,7 +81,7 @@ contains
             call check_start(problem, step, 0.0_wp, .false., error)
          return
       end if
-      if (.not. leaves_state(step%control)) then
+      if (.not. (leaves_state(step%control) .or. step%control == control_timed_load)) then
          if (allocated(step%volumes)) then
             call problem%watch_volume(error, step%element_set)
          else if (allocated(step%node_set)) then
@@ -91,7 +91,7 @@ contains
          if (allocated(error)) return
       end if
       if (step%control == control_frequencies) call check_vibration(problem, .not. first, error)
-      if (step%control == control_load .or. step%control == control_linear .or. step%control == control_frequencies) return
+      if (any(step%control == [control_load, control_timed_load, control_linear, control_frequencies])) return
       if (step%control == control_buckling .and. size(problem%external%turning_nodes) > 0) then
          call raise(error, status_input_error, 'buckling: a moment acts at node '//text_of(problem%external%turning_nodes(1)) &
             //', which can turn about several axes; such a moment is not conservative')
@@ -135,7 +135,7 @@ contains
          if (.not. leaves_state(control)) return
          before = findloc(leaves_state(steps%control), .false., dim=1, back=.true.)
          if (before == 0) return
-         if (is_in_time(steps(before)%control)) call raise(error, status_input_error, control_name(control) &
+         if (is_motion(steps(before)%control)) call raise(error, status_input_error, control_name(control) &
             //": the step before is in motion where it ends; a step control = 'load' between them brings it to rest")
       end associate
    end subroutine check_rest
@@ -237,7 +237,7 @@ contains
       text = ''
       if (problem%equations%links%any()) text = first_line(problem%equations%links%redundant)
       if (text /= '') return
-      if (any(is_dashpot(input%structure%connectors)) .and. .not. any(is_in_time(input%steps%control))) then
+      if (any(is_dashpot(input%structure%connectors)) .and. .not. any(is_motion(input%steps%control))) then
          text = input%file//': a &dashpot acts in steps in time only, and there is none'
          return
       end if

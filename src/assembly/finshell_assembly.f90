@@ -141,7 +141,7 @@ contains
 
    !> Evaluate all elements and add them up. Without `values` only forces are evaluated, which is cheaper.
    subroutine assemble(self, structure, state, internal_force, status, bad_element, values, energy, threads, resultants, toward, &
-                       sections)
+                       sections, remembered)
       type(assembly_t), intent(in) :: self
       type(structure_t), intent(in) :: structure
       type(state_t), intent(in) :: state
@@ -155,6 +155,8 @@ contains
       real(wp), optional, intent(in) :: resultants(:, :)
       real(wp), optional, intent(in) :: toward(:, :) !< (n_nodal, nodes) see `evaluate_elements`; global axes; with `values`
       type(section_t), optional, intent(in) :: sections(:) !< instead of those of the structure
+      !> (numbers, elements) What laws with states remember at the end (finshell_past); unallocated counts as absent.
+      real(wp), optional, intent(inout) :: remembered(:, :)
       real(wp), allocatable :: patch_energy(:), kept(:, :, :)
       real(wp), allocatable :: f(:, :), k(:, :, :), w(:), stress(:, :), d(:, :)
       type(gathered_t) :: g
@@ -226,6 +228,11 @@ contains
                cycle
             end if
             if (allocated(w)) patch_energy(p) = sum(w(:n))
+            if (present(remembered) .and. allocated(g%end)) then
+               do i = 1, n
+                  remembered(:size(g%end, 1), self%patches%element(s + i)) = g%end(:, i)
+               end do
+            end if
             do i = 1, n
                do j = 1, n_corners
                   internal_force(:m, self%corner(j, s + i)) = internal_force(:m, self%corner(j, s + i)) + f(m*(j - 1) + 1:m*j, i)

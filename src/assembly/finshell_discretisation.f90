@@ -1,15 +1,16 @@
 !> The elements of a structure as the kernel takes them: the arrays of any list of elements, gathered here and nowhere else, and
 !> the calls of the kernel with them.
 !>
-!> Whatever an element needs to know beside its nodes (material direction, normals, held sides, thickness, growth) is gathered with
-!> them, so no caller can forget it.
+!> Whatever an element needs to know beside its nodes (material direction, normals, held sides, thickness, growth, what its laws
+!> remember) is gathered with them, so no caller can forget it.
 module finshell_discretisation
    use finshell_batch, only: evaluate_elements, n_growth, predict_resultants, rotation_quaternion
    use finshell_field_batch, only: recover_fields
    use finshell_freedoms, only: n_corners, n_membrane, n_shell
    use finshell_kinds, only: wp, i4
+   use finshell_law_states, only: law_states_t
    use finshell_membrane_batch, only: evaluate_membranes
-   use finshell_section, only: section_t
+   use finshell_section, only: section_t, states_of
    use finshell_state, only: state_t
    use finshell_status, only: status_ok
    use finshell_stress_free, only: stress_free
@@ -26,6 +27,8 @@ module finshell_discretisation
       integer, allocatable :: held(:, :)
       real(wp), allocatable :: thickness(:), offset(:)
       real(wp), allocatable :: growth(:, :, :)
+      real(wp), allocatable :: begin(:, :), end(:, :) !< (numbers of an element, elements) of laws with states
+      real(wp) :: time = 0, step = 0 !< at the end of the increment; since it began
    end type gathered_t
 
 contains
@@ -62,6 +65,7 @@ contains
          if (allocated(structure%offset)) allocate (gathered%offset(n))
       end if
       if (allocated(structure%growths)) call gather_growth(structure, state, list, gathered%growth)
+      if (allocated(state%past)) call gather_past(structure, state, list, gathered)
       do i = 1, n
          ! One by one: whole columns would be calls of memmove.
          do k = 1, 3
@@ -80,6 +84,27 @@ contains
          if (allocated(gathered%offset)) gathered%offset(i) = structure%offset(list(i))
       end do
    end subroutine gather_elements
+
+   !> What the laws of a list of elements remember, as many numbers as the section of the first one has.
+   pure subroutine gather_past(structure, state, list, gathered)
+      type(structure_t), intent(in) :: structure
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: list(:)
+      type(gathered_t), intent(inout) :: gathered
+      integer :: i, n
+      n = 0
+      if (size(list) > 0) n = states_of(structure%sections(structure%element_section(list(1))))
+      if (allocated(gathered%begin)) then
+         if (size(gathered%begin, 1) /= n .or. size(gathered%begin, 2) /= size(list)) deallocate (gathered%begin, gathered%end)
+      end if
+      if (n == 0) return
+      if (.not. allocated(gathered%begin)) allocate (gathered%begin(n, size(list)), gathered%end(n, size(list)))
+      do i = 1, size(list)
+         gathered%begin(:, i) = state%past%begin(:n, list(i))
+      end do
+      gathered%time = state%time
+      gathered%step = max(0.0_wp, state%time - state%past%since)
+   end subroutine gather_past
 
    !> Growth of the layers of a list of elements at a state, as many layers as the section of the first one has.
    pure subroutine gather_growth(structure, state, list, growth)
@@ -123,48 +148,68 @@ contains
    !> Forces and tangents are those of the freedoms that the elements have.
    subroutine evaluate_gathered(section, gathered, status, energy, force, tangent, resultants, toward, threads)
       type(section_t), intent(in) :: section
-      type(gathered_t), intent(in) :: gathered
+      type(gathered_t), intent(inout), target :: gathered !< what laws remember at the end is set
       integer(i4), intent(out), contiguous :: status(:)
       real(wp), intent(out), optional, contiguous :: energy(:), force(:, :), tangent(:, :, :)
       real(wp), intent(in), optional, contiguous :: resultants(:, :), toward(:, :)
       integer, intent(in), optional :: threads
+      type(law_states_t), allocatable :: states
       if (section%membrane) then
          call evaluate_membranes(section, size(gathered%x, 3), gathered%x, gathered%u, status, energy, force, tangent, &
                                  gathered%direction, threads, toward, thickness=gathered%thickness, &
                                  growth=gathered%growth)
          return
       end if
+      call point_to(gathered, section, states)
       call evaluate_elements(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, status, &
                              energy=energy, force=force, tangent=tangent, direction=gathered%direction, threads=threads, &
                              resultants=resultants, toward=toward, held=gathered%held, normal=gathered%normal, &
-                             thickness=gathered%thickness, offset=gathered%offset, growth=gathered%growth)
+                             thickness=gathered%thickness, offset=gathered%offset, growth=gathered%growth, states=states)
    end subroutine evaluate_gathered
+
+   !> What the laws of a section remember; unallocated, which counts as absent, where none does.
+   subroutine point_to(gathered, section, states)
+      type(gathered_t), intent(in), target :: gathered
+      type(section_t), intent(in) :: section
+      type(law_states_t), allocatable, intent(out) :: states
+      if (.not. allocated(gathered%begin)) return
+      if (size(gathered%begin, 1) /= states_of(section)) return
+      allocate (states)
+      states%begin => gathered%begin
+      states%end => gathered%end
+      states%time = gathered%time
+      states%step = gathered%step
+   end subroutine point_to
 
    !> predict_resultants of gathered ones.
    subroutine predict_gathered(section, gathered, increment, resultants, status, toward)
       type(section_t), intent(in) :: section
-      type(gathered_t), intent(in) :: gathered
+      type(gathered_t), intent(in), target :: gathered
       real(wp), intent(in), contiguous :: increment(:, :) !< (n_shell, elements)
       real(wp), intent(out), contiguous :: resultants(:, :) !< (n_resultants, elements)
       integer(i4), intent(out), contiguous :: status(:)
       real(wp), intent(in), optional, contiguous :: toward(:, :)
+      type(law_states_t), allocatable :: states
       resultants = 0 ! membranes: mixed iteration has nothing to gain where there is no bending
       status = status_ok
       if (section%membrane) return
+      call point_to(gathered, section, states)
       call predict_resultants(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, increment, resultants, status, &
                               gathered%direction, toward, gathered%held, gathered%normal, thickness=gathered%thickness, &
-                              offset=gathered%offset, growth=gathered%growth)
+                              offset=gathered%offset, growth=gathered%growth, states=states)
    end subroutine predict_gathered
 
    !> recover_fields of gathered ones.
    subroutine recover_gathered(section, gathered, fields, layers, raw, status, frame)
       type(section_t), intent(in) :: section
-      type(gathered_t), intent(in) :: gathered
+      type(gathered_t), intent(in), target :: gathered
       integer, intent(in) :: fields(:), layers
       real(wp), intent(out), contiguous :: raw(:, :), frame(:, :, :)
       integer(i4), intent(out), contiguous :: status(:, :)
+      type(law_states_t), allocatable :: states
+      call point_to(gathered, section, states)
       call recover_fields(section, size(gathered%x, 3), gathered%x, gathered%u, gathered%q, rotation_quaternion, fields, layers, &
                           raw, status, frame, gathered%direction, held=gathered%held, normal=gathered%normal, &
-                          thickness=gathered%thickness, offset=gathered%offset, growth=gathered%growth)
+                          thickness=gathered%thickness, offset=gathered%offset, growth=gathered%growth, states=states)
    end subroutine recover_gathered
 end module finshell_discretisation

@@ -130,7 +130,7 @@ contains
    !> Mixed-integration-point Newton (Magisano, Leonetti & Garcea 2017): the stress of the next iterate is taken from the
    !> linearisation of the last one. The solution is unchanged, thin shells take much larger increments.
    subroutine predict_resultants(section, n, x, u, quaternion, increment, resultants, status, direction, toward, held, &
-                                 normal, thickness, offset, growth)
+                                 normal, thickness, offset, growth, states)
       type(section_t), intent(in) :: section
       integer, intent(in) :: n
       real(wp), intent(in) :: x(3, 3, n), u(3, 3, n), quaternion(4, 3, n)
@@ -142,8 +142,10 @@ contains
       integer, intent(in), optional :: held(3, n)
       real(wp), intent(in), optional :: normal(3, 3, n)
       real(wp), intent(in), optional :: thickness(n), offset(n), growth(n_growth, size(section%layers), n)
+      type(law_states_t), intent(in), optional :: states !< those at the end are not looked at
       type(block_t) :: block
       type(environment_t) :: environment
+      type(point_states_t) :: remembered
       type(stress_t) :: stress
       real(wp) :: increments(lanes, n_shell)
       integer(i4) :: found(lanes)
@@ -158,7 +160,9 @@ contains
          do l = 1, min(lanes, n - first)
             increments(l, :) = increment(:, first + l)
          end do
-         call predict_block(section, block, increments, stress, found)
+         if (present(states)) call new_point_states(states, first, n, remembered)
+         nullify (remembered%all%end)
+         call predict_block(section, block, increments, stress, found, remembered)
          do l = 1, min(lanes, n - first)
             status(first + l) = found(l)
             do g = 1, 3

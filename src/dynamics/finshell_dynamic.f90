@@ -63,6 +63,7 @@ contains
          own%time%stops = stops_of(problem%state, step%time)
          if (step%stiffness_damping > 0) course%first_displacement = problem%state%displacement
          if (step%stiffness_damping > 0) course%first_rotation = problem%state%rotation
+         if (step%stiffness_damping > 0 .and. allocated(problem%state%past)) course%first_past = problem%state%past%begin
          call begin_dynamic(problem, step, error)
          if (.not. allocated(error)) call begin(course, problem, step, error)
       end if
@@ -130,6 +131,10 @@ contains
       end if
       if (allocated(self%first_displacement)) problem%state%displacement = self%first_displacement
       if (allocated(self%first_rotation)) problem%state%rotation = self%first_rotation
+      if (allocated(self%first_past) .and. allocated(problem%state%past)) then
+         problem%state%past%begin = self%first_past
+         problem%state%past%since = self%begun
+      end if
       call begin_dynamic(problem, step, error)
       if (allocated(error)) return
       call choose_method(self, problem, step)
@@ -137,6 +142,7 @@ contains
       call problem%accept()
       call problem%evaluate(.false., error)
       if (allocated(error)) return
+      call problem%state%forget_trial()
       call problem%accept()
       problem%base_entry%reaction = self%reaction
    end subroutine resume

@@ -102,9 +102,11 @@ contains
                call check_growth(self, step, problem%state%time, error)
             end if
             if (allocated(error)) exit
+            if (allocated(problem%state%past)) call problem%state%past%settle(problem%state%time)
             if (left == 0 .or. self%time >= row*step%time%duration/max(1, step%history_rows)) then
                call tell(self, problem, step, observer, left == 0, course, underway, sums, error)
-               if (.not. allocated(error)) call check_balance(self, step, problem%state%time, sums%work, error)
+               if (.not. allocated(error)) call check_balance(self, step, problem%state%time, sums%work, &
+                                                              allocated(problem%state%past), error)
                if (allocated(error)) exit
                row = step%time%next_row(self%time, step%history_rows)
             else if (observer%wants_stop()) then
@@ -152,6 +154,7 @@ contains
       step%time%stops = stops_of(began, step%time)
       call evaluate_forces(problem, error, velocity=self%leapfrog%driven(problem%equations))
       if (allocated(error)) return
+      call problem%state%forget_trial()
       if (self%done >= self%renewal) call renew(self, problem, step, error)
    end subroutine resume
 
@@ -363,13 +366,16 @@ contains
    end subroutine check_growth
 
    !> What the scheme keeps constant.
-   subroutine check_balance(self, step, time, work, error)
+   subroutine check_balance(self, step, time, work, dissipates, error)
       type(progress_t), intent(in) :: self
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: time, work
+      logical, intent(in) :: dissipates !< laws may take energy, and give none
       type(error_t), allocatable, intent(inout) :: error
-      if (abs(self%misfit) > out_of_balance*max(self%most, abs(self%energy + work)) + self%noise) &
-         call refuse(self, step, time, error)
+      real(wp) :: unexplained
+      unexplained = abs(self%misfit)
+      if (dissipates) unexplained = self%misfit
+      if (unexplained > out_of_balance*max(self%most, abs(self%energy + work)) + self%noise) call refuse(self, step, time, error)
    end subroutine check_balance
 
    subroutine refuse(self, step, time, error)

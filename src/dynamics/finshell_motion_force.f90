@@ -20,11 +20,13 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(section_t), intent(in), optional :: sections(:) !< instead of its own
       real(wp), intent(in), optional :: velocity(:, :) !< (n_nodal, nodes) for dashpots; absent: at rest
-      real(wp), allocatable :: standing(:, :)
+      real(wp), allocatable :: standing(:, :), remembered(:, :)
       integer :: status, element
       problem%force_evaluations = problem%force_evaluations + 1
+      if (allocated(problem%state%past)) call move_alloc(problem%state%past%end, remembered)
       call assemble(problem%assembly, problem%structure, problem%state, problem%internal_force, status, element, &
-                    energy=problem%entry%energy, sections=sections)
+                    energy=problem%entry%energy, sections=sections, remembered=remembered)
+      if (allocated(problem%state%past)) call move_alloc(remembered, problem%state%past%end)
       if (status /= status_ok) then
          call raise(error, status, element_trouble(problem%structure, element, status, problem%base, problem%state))
          return

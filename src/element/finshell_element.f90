@@ -147,12 +147,13 @@ contains
    end subroutine lift_block
 
    !> Resultants at the points of a block of elements, linearised at this state for nodal displacements and spins.
-   pure subroutine predict_block(section, block, increment, stress, status)
+   pure subroutine predict_block(section, block, increment, stress, status, states)
       type(section_t), intent(in) :: section
       type(block_t), intent(in) :: block !< quaternions
       real(wp), intent(in) :: increment(lanes, n_shell) !< u1 t1 u2 t2 u3 t3, spins
       type(stress_t), intent(out) :: stress
       integer(i4), intent(out) :: status(lanes)
+      type(point_states_t), intent(inout), optional :: states !< of laws with states
       type(reference_t) :: ref
       type(curved_t) :: curved
       type(filter_t) :: filter
@@ -166,7 +167,7 @@ contains
       if (.not. section%isotropic .or. block%own%grown) call material_direction(ref%frame, block%direction, axes, status)
       call core_variation(ref, filter, increment, variation)
       call evaluate_core(section, block%own, level_tangent, ref, curved, filter, axes, heading, core, status, variation=variation, &
-                         predicted=stress)
+                         predicted=stress, states=states)
    end subroutine predict_block
 
    !> Strains, resultants and frames of a block of elements: what its fields are made of (finshell_element_fields).

@@ -1,8 +1,9 @@
 !> The state of a structure: displacements, rotations and factors. In motion also
-!> their rates. Nothing else is carried from one increment to the next.
+!> their rates, and what laws remember. Nothing else is carried from one increment to the next.
 module finshell_state
    use finshell_freedoms, only: n_nodal, rx, rz, ux, uz
    use finshell_kinds, only: wp
+   use finshell_past, only: past_t
    use finshell_table, only: follower_t
    use finshell_quaternion, only: update_quaternion, quaternion_product, quaternion_conjugate, quaternion_to_rotation_vector
    implicit none
@@ -27,6 +28,9 @@ module finshell_state
       real(wp) :: time = 0 !< spent in steps in time
       !> (n_nodal, nodes) rates of displacements, and spins; and their rates. Global axes. Unallocated: at rest.
       real(wp), allocatable :: velocity(:, :), acceleration(:, :)
+      type(past_t), allocatable :: past !< of laws with states; unallocated: none has any
+   contains
+      procedure :: forget_trial
    end type state_t
 
    !> A linear change of a state: the result of a linear solution, or a buckling mode.
@@ -51,6 +55,12 @@ contains
       self%rotation(1, :) = 1
       if (present(cases)) allocate (self%case_factor(cases), source=0.0_wp)
    end subroutine new_state
+
+   !> An accepted state was evaluated again: its laws remember what they did before, to the bit.
+   pure subroutine forget_trial(self)
+      class(state_t), intent(inout) :: self
+      if (allocated(self%past)) self%past%end = self%past%begin
+   end subroutine forget_trial
 
    !> Add displacements to displacements and spins to rotations.
    pure subroutine move_state(state, motion)

@@ -7,14 +7,14 @@ module finshell_structure
    use finshell_kinds, only: wp
    use finshell_mesh, only: mesh_t
    use finshell_own, only: own_inertia
-   use finshell_section, only: section_t, formulation_s
+   use finshell_section, only: section_t, formulation_s, states_of
    use finshell_support, only: support_t
    use finshell_chamber, only: chamber_t
    use finshell_load, only: load_t
    use finshell_table, only: follower_t
    implicit none
    private
-   public :: structure_t, curved_elements, has_constants, inertia_of, is_membrane, thickness_of, turning_nodes
+   public :: structure_t, curved_elements, has_constants, inertia_of, is_membrane, remembers, thickness_of, turning_nodes
 
    type :: structure_t
       type(mesh_t) :: mesh
@@ -60,6 +60,16 @@ contains
       logical :: membrane
       membrane = structure%sections(structure%element_section(element))%membrane
    end function is_membrane
+
+   !> Has a section a law with states?
+   pure logical function remembers(structure)
+      type(structure_t), intent(in) :: structure
+      integer :: i
+      remembers = .false.
+      do i = 1, size(structure%sections)
+         remembers = remembers .or. states_of(structure%sections(i)) > 0
+      end do
+   end function remembers
 
    !> Is there a load, support, growth or chamber that is brought in before the first step?
    pure logical function has_constants(structure)

@@ -21,6 +21,7 @@ module finshell_time_plan
       procedure :: factor_rates
       procedure :: begun
       procedure :: next_landing
+      procedure :: is_corner
       procedure :: is_output
       procedure :: next_row
    end type time_plan_t
@@ -79,6 +80,17 @@ contains
       if (allocated(self%output_times)) next_landing = min(next_landing, minval(self%output_times, mask=self%output_times > after))
       if (self%output_interval > 0) next_landing = min(next_landing, self%output_interval*(1 + floor(after/self%output_interval)))
    end function next_landing
+
+   !> Has the load factor, or something that follows it or the time, a corner at this time?
+   pure logical function is_corner(self, time)
+      class(time_plan_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp) :: near
+      near = rounding*self%duration
+      is_corner = .false.
+      if (allocated(self%table)) is_corner = any(abs(time - self%table%x) <= near)
+      if (allocated(self%stops)) is_corner = is_corner .or. any(abs(time - self%stops) <= near)
+   end function is_corner
 
    !> Are fields to be written at this time?
    pure logical function is_output(self, time)

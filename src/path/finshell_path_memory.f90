@@ -3,6 +3,7 @@
 module finshell_path_memory
    use finshell_balance, only: tangent_t
    use finshell_memo, only: memo_t
+   use finshell_past, only: past_t
    use finshell_path, only: path_t
    use finshell_predictor, only: history_t
    use finshell_problem, only: problem_t
@@ -82,7 +83,25 @@ contains
       call memo%carry(state%time)
       call memo%carry(state%velocity)
       call memo%carry(state%acceleration)
+      call carry_past(memo, state%past)
    end subroutine carry_state
+
+   !> Of an accepted state: an increment ends where the next one begins.
+   subroutine carry_past(memo, past)
+      type(memo_t), intent(inout) :: memo
+      type(past_t), allocatable, intent(inout) :: past
+      integer :: remembers
+      remembers = merge(1, 0, allocated(past))
+      call memo%carry(remembers)
+      if (.not. memo%whole) return
+      memo%whole = (remembers > 0) .eqv. allocated(past)
+      if (remembers == 0 .or. .not. memo%whole) return
+      call memo%carry(past%since)
+      call memo%carry(past%end)
+      if (memo%reading .and. memo%whole) memo%whole = allocated(past%end)
+      if (memo%reading .and. memo%whole) memo%whole = all(shape(past%end) == shape(past%begin))
+      if (memo%reading .and. memo%whole) past%begin = past%end
+   end subroutine carry_past
 
    subroutine carry_targets(memo, targets)
       type(memo_t), intent(inout) :: memo

@@ -318,6 +318,7 @@ contains
    subroutine accept(self)
       class(problem_t), intent(inout) :: self
       self%state%leaves = .true.
+      if (allocated(self%state%past)) call self%state%past%settle(self%state%time)
       self%base = self%state
       call self%keep_base()
    end subroutine accept

@@ -19,8 +19,8 @@ module finshell_session
    use finshell_progress, only: progress_t
    use finshell_reporter, only: reporter_t
    use finshell_status, only: status_input_error
-   use finshell_step, only: control_dynamic, control_explicit, control_load, control_name, is_in_time, leaves_state, &
-      scheme_conserving
+   use finshell_step, only: control_dynamic, control_explicit, control_load, control_name, has_course, is_in_time, &
+      is_motion, leaves_state, scheme_conserving
    use finshell_targets, only: targets_t
    use finshell_team, only: team_t
    use finshell_thread_choice, only: choose_threads
@@ -169,7 +169,7 @@ contains
       is_done = self%begun
       if (.not. is_done) return
       associate (step => self%input%steps(self%step))
-         if (step%control == control_dynamic) then
+         if (has_course(step%control)) then
             is_done = allocated(self%path%course)
             if (.not. is_done) return
             course = course_of(self%path%course)
@@ -206,7 +206,7 @@ contains
       proposed = self%path%size
       if (.not. is_in_time(self%input%steps(self%step)%control)) return
       proposed = 0
-      if (self%input%steps(self%step)%control /= control_dynamic .or. .not. allocated(self%path%course)) return
+      if (.not. has_course(self%input%steps(self%step)%control) .or. .not. allocated(self%path%course)) return
       course = course_of(self%path%course)
       proposed = min(course%pace%size, self%input%steps(self%step)%time%next_landing(course%time) - course%time)
    end function proposed
@@ -240,7 +240,7 @@ contains
             return
          else if (step%control == control_load .and. .not. allocated(self%problem%state%velocity)) then
             call self%bring_in(error)
-         else if (self%begun .or. is_in_time(step%control) .or. leaves_state(step%control) &
+         else if (self%begun .or. is_motion(step%control) .or. leaves_state(step%control) &
                   .or. allocated(self%problem%state%velocity)) then
             call raise(error, status_input_error, "step '"//step%name//"': forces and displacements of a host change in steps " &
                        //"with control = 'load' and 'dynamic', found '"//control_name(step%control)//"'; before a static one " &
@@ -334,7 +334,7 @@ contains
          first = steps(self%step)%first_increment
          if (size_wanted > 0) then
             steps(self%step)%first_increment = size_wanted
-            if (self%begun .and. steps(self%step)%control == control_dynamic .and. allocated(path%course)) then
+            if (self%begun .and. has_course(steps(self%step)%control) .and. allocated(path%course)) then
                course = course_of(path%course)
                course%pace%size = size_wanted
                path%course = numbers_of(course)

@@ -9,7 +9,7 @@ module finshell_input_accuracy
    use finshell_namelist, only: check_all_used, complain_about, get, group_t, has, namelist_t
    use finshell_result_fields, only: find_field
    use finshell_step, only: control_linear, is_in_time, is_mode, step_t
-   use finshell_structure, only: structure_t
+   use finshell_structure, only: remembers, structure_t
    implicit none
    private
    public :: accuracy_t, read_accuracy, read_coarser
@@ -120,6 +120,9 @@ contains
       else if (size(structure%chambers) > 0) then
          call complain_about(group, '', 'what is in chambers cannot go on from mesh to mesh; finshell study refines ' &
                              //'their meshes', error)
+      else if (remembers(structure)) then
+         call complain_about(group, '', 'what laws with states remember cannot go on from mesh to mesh; finshell study refines ' &
+                             //'meshes from the beginning', error)
       else if (any(is_mode(steps%control))) then
          call complain_about(group, '', 'modes have no estimate of their error; finshell study refines their meshes', error)
       else if (any(is_in_time(steps%control))) then

@@ -7,7 +7,7 @@ module finshell_input_initial_velocity
    use finshell_mesh, only: find_node_set, mesh_t
    use finshell_namelist, only: check_all_used, complain_about, group_t
    use finshell_rotation, only: cross_product
-   use finshell_step, only: is_in_time, step_t
+   use finshell_step, only: is_motion, step_t
    implicit none
    private
    public :: add_initial_velocity
@@ -31,7 +31,7 @@ contains
       call get_vector(group, 'origin', origin, error, default=[0.0_wp, 0.0_wp, 0.0_wp])
       call check_all_used(group, error)
       if (allocated(error)) return
-      if (.not. any(is_in_time(steps%control))) then
+      if (.not. any(is_motion(steps%control))) then
          call complain_about(group, '', "no step goes through time; expected is one with control = 'dynamic' or 'explicit'", error)
       else if (.not. any(abs([translation, spin]) > 0)) then
          call complain_about(group, '', 'velocity and spin are zero; expected is one of them, or both', error)

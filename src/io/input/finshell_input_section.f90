@@ -75,10 +75,6 @@ contains
       if (allocated(refusal)) then
          call place_error(group, '', refusal)
          call move_alloc(refusal, error)
-      else if (material%law%states > 0) then
-         call complain_about(group, 'library', "the law '"//trim(material%law%name)//"' remembers "// &
-            text_of(material%law%states)//' numbers at each point, and this program keeps none: laws with states are for hosts '// &
-            '(doc/user_laws.md)', error)
       end if
    end subroutine read_material
 

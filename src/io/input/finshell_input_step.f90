@@ -5,7 +5,7 @@ module finshell_input_step
    use finshell_mesh, only: mesh_t
    use finshell_step, only: step_t, convergence_t, convergence_preset, control_load, control_displacement, control_arc_length
    use finshell_step, only: control_volume, control_linear, control_buckling, control_frequencies
-   use finshell_step, only: control_dynamic, control_explicit, is_in_time
+   use finshell_step, only: control_dynamic, control_explicit, control_timed_load, is_in_time
    use finshell_step, only: leaves_state, snap_ignore, snap_mark, snap_refuse
    use finshell_step, only: mass_consistent, mass_higher_order, mass_lumped, mixed_always, mixed_never
    use finshell_step, only: tangent_always, tangent_never
@@ -53,6 +53,12 @@ contains
          step%control = control_load
          step%relaxes = control == 'relax'
       end select
+      if (has(group, 'duration')) then
+         if (step%control == control_load .and. .not. step%relaxes) step%control = control_timed_load
+         if (.not. is_in_time(step%control)) call complain_about(group, 'duration', "of static steps those with control = 'load' " &
+            //"can take time, found '"//control//"'; supports that are moved by the load factor prescribe displacements", error)
+         if (allocated(error)) return
+      end if
       if (leaves_state(step%control)) then
          call read_linear(group, step, error)
          return
@@ -60,7 +66,7 @@ contains
       if (is_in_time(step%control)) then
          call read_time_step(group, scales%amplitudes, step, error)
          call read_increment_sizes(group, step, error)
-         if (step%control == control_dynamic) call read_convergence(group, preset, step%convergence, error)
+         if (step%control /= control_explicit) call read_convergence(group, preset, step%convergence, error)
       else
          call read_targets(group, mesh, step, error)
          call read_increments(group, step, error)

@@ -4,7 +4,7 @@ module finshell_input_time_step
    use finshell_input_amplitude, only: amplitude_t, get_amplitude
    use finshell_kinds, only: wp
    use finshell_namelist, only: group_t, get, has, complain_about
-   use finshell_step, only: control_explicit, scheme_conserving, step_t
+   use finshell_step, only: control_explicit, control_timed_load, scheme_conserving, step_t
    use finshell_table, only: table_t
    use finshell_time_plan, only: time_plan_t
    implicit none
@@ -29,6 +29,11 @@ contains
       else
          step%final_load_factor = step%time%constant
       end if
+      if (step%control == control_timed_load) then
+         if (.not. allocated(step%time%table)) call rise_evenly(step%time)
+         call get(group, 'time_tolerance', step%time_tolerance, error, default=step%time_tolerance, above=0.0_wp)
+         return
+      end if
       call get(group, 'mass_damping', step%mass_damping, error, default=step%mass_damping, minimum=0.0_wp)
       if (step%control == control_explicit) then
          call get(group, 'safety', step%safety, error, default=step%safety, above=0.0_wp, maximum=1.0_wp)
@@ -44,6 +49,15 @@ contains
       call get(group, 'time_tolerance', step%time_tolerance, error, default=step%time_tolerance, above=0.0_wp)
       call get(group, 'stiffness_damping', step%stiffness_damping, error, default=step%stiffness_damping, minimum=0.0_wp)
    end subroutine read_time_step
+
+   !> From the load factor that a step finds to the one that was given.
+   pure subroutine rise_evenly(plan)
+      type(time_plan_t), intent(inout) :: plan
+      type(table_t) :: table
+      table%x = [plan%duration]
+      table%y = [plan%constant]
+      plan%table = table
+   end subroutine rise_evenly
 
    subroutine read_plan(group, amplitudes, plan, error)
       type(group_t), intent(inout) :: group

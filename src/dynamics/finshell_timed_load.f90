@@ -1,0 +1,282 @@
+!> Static steps that take time: the load factor goes over time, and each increment looks for equilibrium at its end. Without inertia
+!> it is the laws that know of the time (finshell_past), and loads that follow tables over it.
+!>
+!> Laws take the strain of an increment as going along a straight line. How far it is off this line, an eighth of the change of the
+!> motion from increment to increment, is the error that increments are chosen by, relative to how far the step has come.
+module finshell_timed_load
+   use finshell_balance, only: balance_t
+   use finshell_control, only: constraint_t
+   use finshell_course, only: carry_course, course_t, numbers_of
+   use finshell_equilibrium, only: equilibrium_t
+   use finshell_error, only: error_t, raise, text_of
+   use finshell_factor, only: by_load_factor, set_factor, set_time
+   use finshell_kinds, only: wp, dp
+   use finshell_memo, only: memo_t
+   use finshell_newton, only: newton_result_t, solve_increment
+   use finshell_observer, only: observer_t, record_t
+   use finshell_pace, only: landing_size
+   use finshell_path, only: path_t
+   use finshell_state, only: state_t
+   use finshell_status, only: status_input_error, status_not_converged
+   use finshell_step, only: step_t
+   use finshell_support_motion, only: stops_of
+   implicit none
+   private
+   public :: solve_timed_load
+
+   real(wp), parameter :: per_duration = 100 !< increments in a step, where it begins and behind corners, at least
+   real(wp), parameter :: off_chord = 0.125_wp !< distance of a parabola from its chord, over the change of two equal increments
+   real(wp), parameter :: negligible = 1.0e-6_wp !< motion beside the displacements that there are
+   real(wp), parameter :: rounding = 1.0e-10_wp
+
+contains
+
+   !> Follow such a step from the state of the problem. Errors: a load factor that jumps at the beginning; an increment that fails
+   !> however short; too many increments; what the observer raised. What converged before has been given to the observer.
+   subroutine solve_timed_load(problem, step, path, observer, error, resumes)
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_t), intent(inout) :: path
+      class(observer_t), intent(inout) :: observer
+      type(error_t), allocatable, intent(out) :: error
+      logical, intent(in) :: resumes !< it was under way, or a ramp before it
+      type(course_t) :: course
+      type(step_t) :: own
+      type(memo_t) :: memo
+      integer :: ramping
+
+      own = step
+      if (path%started < 0) call cpu_time(path%started)
+      if (allocated(problem%watched)) deallocate (problem%watched)
+      if (allocated(path%course)) then
+         memo = memo_t(numbers=path%course, reading=.true.)
+         call course%pace%begin(step, first_size(step), 0.0_wp)
+         call carry_course(memo, course)
+         course%duration = step%time%duration
+         own%time%stops = stops_from(problem%state, step, course)
+         call problem%accept()
+      else
+         ramping = by_load_factor
+         if (resumes .and. path%underway) ramping = path%ramping
+         call problem%accept()
+         if (ramping == by_load_factor) call path%account%begin()
+         call path%ramps_before(problem, step, observer, error, ramping)
+         if (.not. allocated(error)) call begin(course, problem, step, error)
+         if (allocated(error)) return
+         own%time%stops = stops_from(problem%state, step, course)
+      end if
+      call path%history%forget()
+      path%tangent%known = .false.
+      call follow(course, problem, own, path, observer, error)
+      if (.not. allocated(error) .and. allocated(path%course)) deallocate (path%course)
+   end subroutine solve_timed_load
+
+   subroutine begin(self, problem, step, error)
+      type(course_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(error_t), allocatable, intent(out) :: error
+      real(wp) :: first
+      self%duration = step%time%duration
+      self%begun = problem%state%time
+      self%at_start = problem%state%load_factor
+      first = step%time%factor(0.0_wp, self%at_start)
+      if (abs(first - self%at_start) > rounding*max(1.0_wp, abs(first))) then
+         call raise(error, status_input_error, where_text(self, step)//'the load factor jumps from ' &
+            //text_of(real(self%at_start, dp))//' to '//text_of(real(first, dp))//' where the step begins, which takes no time: ' &
+            //"a step control = 'load' without duration goes there at once")
+         return
+      end if
+      call self%pace%begin(step, first_size(step), 0.0_wp)
+      self%energy = problem%base_entry%energy
+      self%mean_levels = 0
+   end subroutine begin
+
+   pure real(wp) function first_size(step) result(size)
+      type(step_t), intent(in) :: step
+      size = step%time%duration/per_duration
+      if (step%first_increment > 0) size = step%first_increment
+   end function first_size
+
+   !> Where tables that follow the load factor, or the time, have corners.
+   function stops_from(state, step, course) result(stops)
+      type(state_t), intent(in) :: state
+      type(step_t), intent(in) :: step
+      type(course_t), intent(in) :: course
+      real(wp), allocatable :: stops(:)
+      type(state_t) :: began
+      began = state
+      call set_factor(began, by_load_factor, course%at_start)
+      call set_time(began, course%begun)
+      stops = stops_of(began, step%time)
+   end function stops_from
+
+   subroutine follow(self, problem, step, path, observer, error)
+      type(course_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_t), intent(inout) :: path
+      class(observer_t), intent(inout) :: observer
+      type(error_t), allocatable, intent(out) :: error
+      type(record_t) :: record
+      type(newton_result_t) :: result
+      real(wp) :: h, end_time, estimate, landing, moved
+      integer :: failures
+
+      do while (self%time < self%duration)
+         if (self%increments >= step%maximum_increments) then
+            call raise(error, status_not_converged, where_text(self, step)//'the step is not finished after ' &
+                       //text_of(self%increments)//' increments, the most that are allowed')
+            return
+         end if
+         record = record_t()
+         failures = 0
+         do
+            landing = step%time%next_landing(self%time)
+            h = landing_size(self%pace%size, landing - self%time)
+            end_time = merge(landing, self%time + h, self%time + 1.5_wp*h > landing)
+            call attempt(self, problem, step, h, end_time, result)
+            record%iterations = record%iterations + result%iterations
+            if (result%converged) then
+               call measure(self, problem, h, estimate, moved)
+               if (.not. self%pace%refuses(estimate, h)) exit
+               call self%pace%take(estimate, h, result%iterations, 0.0_wp)
+            else
+               failures = failures + 1
+               call self%pace%fail(h)
+               if (failures > step%maximum_cuts .or. self%pace%exhausted()) then
+                  path%iterations = path%iterations + record%iterations
+                  path%cuts = path%cuts + record%cuts
+                  call problem%restore()
+                  call raise(error, result%code, where_text(self, step)//'an increment of '//text_of(real(h, dp)) &
+                             //' fails: '//result%reason)
+                  return
+               end if
+            end if
+            record%cuts = record%cuts + 1
+            call problem%restore()
+         end do
+         call self%pace%take(estimate, h, result%iterations, 0.0_wp)
+         self%time = end_time
+         call settle(self, problem, h, moved, path)
+         if (step%time%is_corner(self%time)) then
+            if (allocated(self%auxiliary)) deallocate (self%auxiliary)
+            self%pace%size = min(self%pace%size, first_size(step))
+         end if
+         self%motion%landing = step%time%is_output(self%time)
+         call fill_record(self, problem, step, h, result, path, record)
+         path%course = numbers_of(self)
+         path%underway = .true.
+         path%ramping = by_load_factor
+         call observer%increment(problem%state, record, error)
+         if (allocated(error)) return
+      end do
+   end subroutine follow
+
+   pure function where_text(self, step) result(text)
+      type(course_t), intent(in) :: self
+      type(step_t), intent(in) :: step
+      character(len=:), allocatable :: text
+      text = 'step'
+      if (allocated(step%name)) text = "step '"//step%name//"'"
+      text = text//' at time '//text_of(real(self%time, dp))//': '
+   end function where_text
+
+   !> Go on as the increment before did, and iterate.
+   subroutine attempt(self, problem, step, h, end_time, result)
+      type(course_t), intent(in) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: h, end_time
+      type(newton_result_t), intent(out) :: result
+      real(wp), allocatable :: x(:)
+      real(wp) :: factor
+      factor = step%time%factor(end_time, self%at_start)
+      allocate (x(problem%n), source=0.0_wp)
+      if (allocated(self%auxiliary)) x = h*self%auxiliary(:, 1)
+      problem%state%time = self%begun + end_time ! what follows it goes along with the move
+      call problem%move(x, factor - problem%base%load_factor)
+      call problem%say('Increment in time of '//text_of(real(h, dp))//' to time '//text_of(real(end_time, dp)))
+      call solve_increment(problem, constraint_t(target=factor), step%convergence, self%mean_levels, result)
+      if (.not. result%converged) call problem%say('     failed: '//result%reason)
+   end subroutine attempt
+
+   !> The estimated error of a converged increment, and how far it has moved, root of mean squares.
+   subroutine measure(self, problem, h, estimate, moved)
+      type(course_t), intent(in) :: self
+      class(equilibrium_t), intent(in) :: problem
+      real(wp), intent(in) :: h
+      real(wp), intent(out) :: estimate, moved
+      real(wp), allocatable :: x(:), there(:)
+      real(wp) :: scale
+      allocate (x(problem%n), there(problem%n))
+      call problem%increment(x)
+      moved = size_of(x)
+      estimate = 0
+      if (.not. allocated(self%auxiliary)) return
+      call problem%magnitude(there)
+      scale = max(self%way + moved, negligible*size_of(there))
+      if (scale > 0) estimate = off_chord*size_of(x - h*self%auxiliary(:, 1))/scale
+
+   contains
+
+      pure real(wp) function size_of(vector)
+         real(wp), intent(in) :: vector(:)
+         size_of = sqrt(sum(problem%weight*vector**2)/max(sum(problem%weight), tiny(1.0_wp)))
+      end function size_of
+   end subroutine measure
+
+   !> Take the state as the base of the next increment.
+   subroutine settle(self, problem, h, moved, path)
+      type(course_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      real(wp), intent(in) :: h, moved
+      type(path_t), intent(inout) :: path
+      type(balance_t) :: balance
+      real(wp), allocatable :: x(:)
+      balance = problem%balance(by_load_factor)
+      if (path%account%kept) call path%account%add(balance, 0.0_wp)
+      allocate (x(problem%n))
+      call problem%increment(x)
+      call problem%transport(x)
+      self%auxiliary = reshape(x/h, [problem%n, 1])
+      self%way = self%way + moved
+      self%motion%work = self%motion%work + balance%work
+      self%motion%time = self%begun + self%time
+      self%motion%stored_energy = problem%entry%energy
+      self%motion%misfit = problem%entry%energy - self%energy - self%motion%work
+      self%increments = self%increments + 1
+      self%mean_levels = self%mean_levels + ([problem%force_level, problem%moment_level] - self%mean_levels)/self%increments
+      problem%state%increment = problem%state%increment + 1
+      call problem%accept()
+   end subroutine settle
+
+   subroutine fill_record(self, problem, step, h, result, path, record)
+      type(course_t), intent(in) :: self
+      class(equilibrium_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: h
+      type(newton_result_t), intent(in) :: result
+      type(path_t), intent(inout) :: path
+      type(record_t), intent(inout) :: record !< with iterations and cuts
+      path%increments = path%increments + 1
+      path%iterations = path%iterations + record%iterations
+      path%cuts = path%cuts + record%cuts
+      call cpu_time(record%cpu_time)
+      record%increment = problem%state%increment
+      record%control = step%control
+      record%negative_pivots = problem%negative_pivots
+      record%load_factor = problem%state%load_factor
+      record%size = h
+      record%residual = result%residual
+      record%correction = result%correction
+      record%rounding = result%rounding
+      record%motion = self%motion
+      record%account = path%account
+      record%cpu_time = record%cpu_time - path%started
+      record%total_increments = path%increments
+      record%total_iterations = path%iterations
+      record%total_cuts = path%cuts
+      path%last = record
+   end subroutine fill_record
+end module finshell_timed_load
