@@ -25,6 +25,7 @@ module finshell_trial
       control_frequencies, control_name, control_timed_load, is_motion, leaves_state
    use finshell_structure, only: structure_t
    use finshell_targets, only: targets_t, new_targets
+   use finshell_timed_load, only: check_timed_start
    implicit none
    private
    public :: check_steps, place_load_error, warning_of, mesh_warning
@@ -81,7 +82,10 @@ contains
             call check_start(problem, step, 0.0_wp, .false., error)
          return
       end if
-      if (.not. (leaves_state(step%control) .or. step%control == control_timed_load)) then
+      if (step%control == control_timed_load) then
+         if (first) call check_timed_start(step, 0.0_wp, error)
+         if (allocated(error)) return
+      else if (.not. leaves_state(step%control)) then
          if (allocated(step%volumes)) then
             call problem%watch_volume(error, step%element_set)
          else if (allocated(step%node_set)) then

@@ -324,7 +324,7 @@ contains
                   - self%energy - self%motion%work + self%motion%damped
          if (known) then
             call keep_energy(rigid, equations, inertia%mass, x(:, :, 3), -excess, state%velocity)
-         else
+         else if (.not. allocated(state%past)) then ! of laws with states the excess is what they have dissipated
             self%energy = self%energy + excess
          end if
       end associate

@@ -22,7 +22,7 @@ module finshell_timed_load
    use finshell_support_motion, only: stops_of
    implicit none
    private
-   public :: solve_timed_load
+   public :: check_timed_start, solve_timed_load
 
    real(wp), parameter :: per_duration = 100 !< increments in a step, where it begins and behind corners, at least
    real(wp), parameter :: off_chord = 0.125_wp !< distance of a parabola from its chord, over the change of two equal increments
@@ -76,21 +76,28 @@ contains
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(error_t), allocatable, intent(out) :: error
-      real(wp) :: first
       self%duration = step%time%duration
       self%begun = problem%state%time
       self%at_start = problem%state%load_factor
-      first = step%time%factor(0.0_wp, self%at_start)
-      if (abs(first - self%at_start) > rounding*max(1.0_wp, abs(first))) then
-         call raise(error, status_input_error, where_text(self, step)//'the load factor jumps from ' &
-            //text_of(real(self%at_start, dp))//' to '//text_of(real(first, dp))//' where the step begins, which takes no time: ' &
-            //"a step control = 'load' without duration goes there at once")
-         return
-      end if
+      call check_timed_start(step, self%at_start, error)
+      if (allocated(error)) error%message = where_text(self, step)//error%message
+      if (allocated(error)) return
       call self%pace%begin(step, first_size(step), 0.0_wp)
       self%energy = problem%base_entry%energy
       self%mean_levels = 0
    end subroutine begin
+
+   !> Refuse a load factor that jumps at the beginning.
+   subroutine check_timed_start(step, found, error)
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: found !< load factor that the step finds
+      type(error_t), allocatable, intent(out) :: error
+      real(wp) :: first
+      first = step%time%factor(0.0_wp, found)
+      if (abs(first - found) > rounding*max(1.0_wp, abs(first))) call raise(error, status_input_error, &
+         'the load factor jumps from '//text_of(real(found, dp))//' to '//text_of(real(first, dp))//' where the step begins, ' &
+         //"which takes no time: a step control = 'load' without duration goes there at once")
+   end subroutine check_timed_start
 
    pure real(wp) function first_size(step) result(size)
       type(step_t), intent(in) :: step
