@@ -6,6 +6,7 @@ import gc
 import io
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -23,6 +24,7 @@ if not os.environ.get("FINSHELL_DRIVER_LIB"):
     sys.exit(77)
 
 SOURCE = Path(os.environ["FINSHELL_SOURCE_DIR"])
+COMPILER = shutil.which(os.environ.get("CC", "cc"))
 sys.path[:0] = [str(SOURCE / "api" / "python"), str(SOURCE / "api" / "python" / "examples")]
 import coupled_panel  # noqa: E402
 import finshell  # noqa: E402
@@ -133,6 +135,60 @@ class LikeTheDriver(unittest.TestCase):
         for column, values in straight.history.items():
             np.testing.assert_array_equal(values, back.history[column], err_msg=column)
         np.testing.assert_array_equal(straight.field("stress"), back.field("stress"))
+
+
+    @unittest.skipUnless(COMPILER, "no compiler of C")
+    def test_laws_with_states(self):
+        # steps that take no time, static ones that do, motions; every third increment is gone back to and done again
+        text = """&job name = 'm' /
+&mesh generator = 'rectangle' lengths = 1.0, 0.2 divisions = 6, 1 /
+&material name = 'm' library = 'liblaws.so' law = 'prony' e = 1.0e5 nu = 0.3 g = 0.5 tau = 0.01 density = 2.0 /
+&section thickness = 0.02 /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'corner_x1_y1' /
+&monitor name = 's' quantity = 'stress' component = '11' element_set = 'all' height = 'top' reduce = 'max' /
+&support node_set = 'edge_x0' type = 'clamped' /
+&load type = 'gravity' vector = 0, 0, -1 /
+&step load_factor = 1 first_increment = 0.3 /
+&step duration = 0.05 times = 0.02, 0.03 factors = 1.0, 0.5 /
+&step control = 'dynamic' duration = 0.01 load_factor = 0 stiffness_damping = 1e-4 /
+&step control = 'explicit' duration = 0.005 load_factor = 0 history_rows = 7 /
+&step load_factor = -1 duration = 0.02 output_interval = 0.01 /
+&output energy = .true. /
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([COMPILER, "-O2", "-fPIC", "-shared", f"-I{SOURCE / 'api'}", str(SOURCE / "examples/user_laws/laws.c"), "-o", "liblaws.so",
+                            "-lm"], cwd=folder, check=True)
+            Path(folder, "m.nml").write_text(text, encoding="utf-8")
+            subprocess.run([os.environ["FINSHELL_BIN"], "run", "m.nml", "--quiet"], check=True, capture_output=True, cwd=folder)
+            with open(Path(folder, "m.history.csv"), encoding="utf-8") as f:
+                rows = list(csv.DictReader(f))
+            model = finshell.Model(Path(folder, "m.nml"))
+        calls = 0
+        while not model.record.finished:
+            model.checkpoint(3)
+            if calls % 3 == 0:
+                model.advance()
+                model.advance()
+                model.restore(3)
+            model.advance()
+            calls += 1
+        self.assertGreater(calls, 30)
+        for column in set(model.history) & set(rows[0]):
+            np.testing.assert_array_equal(model.history[column], [float(r[column]) for r in rows], err_msg=column)
+
+    def test_forces_of_a_host_in_static_steps_that_take_time(self):
+        model = builder().step(name="hold", duration=2.0).model()
+        model.set_force("edge_x1", TIP)
+        model.advance(0.5)  # comes in before the step begins
+        self.assertEqual(model.record.time, 0.5)
+        self.assertNotEqual(model.monitor("w"), 0)
+        model.set_force("edge_x1", 2 * TIP)
+        with self.assertRaisesRegex(finshell.Error, "step 'hold': forces and displacements of a host change in steps with control = 'load' and 'dynamic', "
+                                                    "found 'load control in time'"):
+            model.advance()
+        self.assertTrue(model.settle())
+        model.run()
+        self.assertAlmostEqual(model.record.time, 2.0)
 
 
 class Host(unittest.TestCase):
