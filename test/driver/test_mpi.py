@@ -198,11 +198,17 @@ class Processes(unittest.TestCase):
 
     def test_what_is_for_one_process(self):
         """Refused before it starts, with a sentence that says what to take; what is no work to share is done once."""
+        source = EXAMPLES / "user_laws/laws.c"
+        subprocess.run([os.environ.get("CC", "cc"), "-O1", "-fPIC", "-shared", f"-I{EXAMPLES.parent / 'api'}", str(source), "-o", "liblaws.so", "-lm"], cwd=self.folder,
+                       check=True)
         for text, arguments, words in (
                 (STRIP, ("--set", "section.thickness=0.1,0.2"), "several runs are processes of their own: take finshell, not finshell_mpi"),
                 (STRIP.replace("&load", "&node name = 'hub' position = 11.0, 0.5, 0.0 /\n&rigid_body node_set = 'edge_x1' reference = 'hub' /\n&load"), (),
                  "joints (&tie, &equal, &equation, &rigid_body) run on one process only: take finshell instead of finshell_mpi"),
                 (STRIP + "&step control = 'dynamic' duration = 1.0 /\n", (), "in.nml:9: &step: steps in time run in one process: take finshell, not finshell_mpi"),
+                (STRIP + "&step duration = 1.0 /\n", (), "in.nml:9: &step: steps in time run in one process: take finshell, not finshell_mpi"),
+                (STRIP.replace("law = 'linear_elastic' e = 1000.0 nu = 0.0", "library = 'liblaws.so' law = 'prony' e = 1000.0 g = 0.5 tau = 1.0"), (),
+                 "in.nml: &material: laws with states run in one process: take finshell, not finshell_mpi"),
                 (STRIP.replace("&step control = 'linear' load_factor = 0.2 /", "&accuracy target = 0.1 /"), (),
                  "&accuracy: meshes are refined in one process: take finshell, not finshell_mpi")):
             run = self.solve_text(text.format(8), 2, *arguments)
