@@ -168,6 +168,17 @@ class Viscoelasticity(unittest.TestCase):
         steps = [b - a for a, b in zip(times, times[1:])]
         self.assertGreater(max(steps), 5 * min(s for s in steps if s > 0))
 
+    def test_guide(self):
+        """The strip of doc/user_laws.md: loaded at once, held, unloaded, left alone."""
+        guide = (SOURCE / "doc/user_laws.md").read_text(encoding="utf-8")
+        text = next(block for block in guide.split("```fortran\n")[1:] if block.startswith("&mesh")).split("```")[0]
+        rows = self.solve(text)
+        at_once = 2 * 1e-5 / 0.1 / E
+        ends = [next(r for r in rows if r["time"] == time and r["load_factor"] == factor) for time, factor in ((0, 1), (10, 1), (10, 0), (40, 0))]
+        for r, expected in zip(ends, (1, crept(10), crept(10) - 1, (crept(10) - 1) * math.exp(-(1 - G) * 30 / TAU))):
+            self.assertAlmostEqual(r["u"] / at_once, expected, delta=1e-3)
+        self.assertIn(f"= {at_once * crept(10):.3e}".replace("e-0", "e-"), guide)
+
     def test_rates(self):
         """Stretched at a constant rate: N = k ((1 - g) e + g e' tau (1 - exp(-t/tau)))."""
         for duration in (0.02, 2.0, 200.0):
