@@ -24,7 +24,7 @@ module finshell_timed_load
    private
    public :: check_timed_start, solve_timed_load
 
-   real(wp), parameter :: per_duration = 100 !< increments in a step, where it begins and behind corners, at least
+   real(wp), parameter :: per_duration = 10000 !< first increments in a step, where it begins and behind corners, at least
    real(wp), parameter :: off_chord = 0.125_wp !< distance of a parabola from its chord, over the change of two equal increments
    real(wp), parameter :: negligible = 1.0e-6_wp !< motion beside the displacements that there are
    real(wp), parameter :: rounding = 1.0e-10_wp
@@ -127,7 +127,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(record_t) :: record
       type(newton_result_t) :: result
-      real(wp) :: h, end_time, estimate, landing, moved
+      real(wp) :: h, end_time, estimate, landing, moved, standing
+      character(len=:), allocatable :: reason
       integer :: failures
 
       do while (self%time < self%duration)
@@ -138,6 +139,7 @@ contains
          end if
          record = record_t()
          failures = 0
+         standing = size_of_displacements(problem)
          do
             landing = step%time%next_landing(self%time)
             h = landing_size(self%pace%size, landing - self%time)
@@ -145,20 +147,22 @@ contains
             call attempt(self, problem, step, h, end_time, result)
             record%iterations = record%iterations + result%iterations
             if (result%converged) then
-               call measure(self, problem, h, estimate, moved)
+               call measure(self, problem, h, standing, estimate, moved)
                if (.not. self%pace%refuses(estimate, h)) exit
                call self%pace%take(estimate, h, result%iterations, 0.0_wp)
+               reason = ' leads to another state than the motion before it does'
             else
                failures = failures + 1
                call self%pace%fail(h)
-               if (failures > step%maximum_cuts .or. self%pace%exhausted()) then
-                  path%iterations = path%iterations + record%iterations
-                  path%cuts = path%cuts + record%cuts
-                  call problem%restore()
-                  call raise(error, result%code, where_text(self, step)//'an increment of '//text_of(real(h, dp)) &
-                             //' fails: '//result%reason)
-                  return
-               end if
+               reason = ' fails: '//result%reason
+            end if
+            if (failures > step%maximum_cuts .or. self%pace%exhausted()) then
+               path%iterations = path%iterations + record%iterations
+               path%cuts = path%cuts + record%cuts
+               call problem%restore()
+               call raise(error, status_not_converged, where_text(self, step)//'an increment of '//text_of(real(h, dp))//reason &
+                          //"; where a structure snaps, control = 'dynamic' goes on")
+               return
             end if
             record%cuts = record%cuts + 1
             call problem%restore()
@@ -208,30 +212,42 @@ contains
       if (.not. result%converged) call problem%say('     failed: '//result%reason)
    end subroutine attempt
 
-   !> The estimated error of a converged increment, and how far it has moved, root of mean squares.
-   subroutine measure(self, problem, h, estimate, moved)
+   !> The estimated error of a converged increment, and how far it has moved. Where no motion goes before it any motion is an error,
+   !> relative to the displacements that there are; from rest it is none.
+   subroutine measure(self, problem, h, standing, estimate, moved)
       type(course_t), intent(in) :: self
       class(equilibrium_t), intent(in) :: problem
       real(wp), intent(in) :: h
+      real(wp), intent(in) :: standing !< displacements where it began
       real(wp), intent(out) :: estimate, moved
-      real(wp), allocatable :: x(:), there(:)
+      real(wp), allocatable :: x(:)
       real(wp) :: scale
-      allocate (x(problem%n), there(problem%n))
+      allocate (x(problem%n))
       call problem%increment(x)
-      moved = size_of(x)
+      moved = size_of(problem, x)
       estimate = 0
-      if (.not. allocated(self%auxiliary)) return
-      call problem%magnitude(there)
-      scale = max(self%way + moved, negligible*size_of(there))
-      if (scale > 0) estimate = off_chord*size_of(x - h*self%auxiliary(:, 1))/scale
-
-   contains
-
-      pure real(wp) function size_of(vector)
-         real(wp), intent(in) :: vector(:)
-         size_of = sqrt(sum(problem%weight*vector**2)/max(sum(problem%weight), tiny(1.0_wp)))
-      end function size_of
+      if (allocated(self%auxiliary)) then
+         scale = max(self%way + moved, negligible*standing)
+         if (scale > 0) estimate = off_chord*size_of(problem, x - h*self%auxiliary(:, 1))/scale
+      else if (standing > 0) then
+         estimate = off_chord*moved/standing
+      end if
    end subroutine measure
+
+   !> Root of the mean square of a vector over the unknowns.
+   pure real(wp) function size_of(problem, vector)
+      class(equilibrium_t), intent(in) :: problem
+      real(wp), intent(in) :: vector(:)
+      size_of = sqrt(sum(problem%weight*vector**2)/max(sum(problem%weight), tiny(1.0_wp)))
+   end function size_of
+
+   real(wp) function size_of_displacements(problem)
+      class(equilibrium_t), intent(in) :: problem
+      real(wp), allocatable :: there(:)
+      allocate (there(problem%n))
+      call problem%magnitude(there)
+      size_of_displacements = size_of(problem, there)
+   end function size_of_displacements
 
    !> Take the state as the base of the next increment.
    subroutine settle(self, problem, h, moved, path)
