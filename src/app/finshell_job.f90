@@ -19,9 +19,9 @@ module finshell_job
    use finshell_state, only: state_t
    use finshell_structure, only: structure_t
    use finshell_team, only: agree
-   use finshell_timed_load, only: solve_timed_load
+   use finshell_timed_step, only: solve_timed
    use finshell_step, only: control_buckling, control_displacement, control_dynamic, control_explicit, control_frequencies, &
-      control_linear, control_timed_load, control_volume, is_in_time, is_motion, leaves_state, prescribes_monitored, step_t
+      control_linear, control_timed, control_volume, is_in_time, is_motion, leaves_state, prescribes_monitored, step_t
    implicit none
    private
    public :: follow_steps, follow_step, may_float
@@ -94,8 +94,8 @@ contains
       case default
          if (allocated(problem%state%velocity)) call come_to_rest(steps(i), problem, path, observer, error)
          if (allocated(error)) return
-         if (steps(i)%control == control_timed_load) then
-            call solve_timed_load(problem, steps(i), path, observer, error, goes_on)
+         if (steps(i)%control == control_timed) then
+            call solve_timed(problem, steps(i), path, observer, error, goes_on)
          else
             call path%follow(problem, steps(i), observer, error, resume=goes_on .and. path%underway)
          end if

@@ -22,10 +22,10 @@ module finshell_trial
    use finshell_stage, only: change_stage, is_same_stage
    use finshell_status, only: status_input_error
    use finshell_step, only: step_t, control_load, control_linear, control_buckling, control_dynamic, control_explicit, &
-      control_frequencies, control_name, control_timed_load, is_motion, leaves_state
+      control_frequencies, control_name, control_timed, is_motion, leaves_state
    use finshell_structure, only: structure_t
    use finshell_targets, only: targets_t, new_targets
-   use finshell_timed_load, only: check_timed_start
+   use finshell_timed_step, only: check_timed_start
    implicit none
    private
    public :: check_steps, place_load_error, warning_of, mesh_warning
@@ -82,20 +82,22 @@ contains
             call check_start(problem, step, 0.0_wp, .false., error)
          return
       end if
-      if (step%control == control_timed_load) then
-         if (first) call check_timed_start(step, 0.0_wp, error)
-         if (allocated(error)) return
-      else if (.not. leaves_state(step%control)) then
+      if (step%control == control_timed) then
+         if (first .and. step%prescribes == control_load) call check_timed_start(step, 0.0_wp, error)
+      end if
+      if (.not. leaves_state(step%control) .and. .not. allocated(error)) then
          if (allocated(step%volumes)) then
             call problem%watch_volume(error, step%element_set)
          else if (allocated(step%node_set)) then
             call problem%watch(step%node_set, step%component, error)
          end if
-         if (first .and. .not. allocated(error)) call new_targets(targets, step, 0.0_wp, 0.0_wp, error)
+         if (first .and. step%control /= control_timed .and. .not. allocated(error)) &
+            call new_targets(targets, step, 0.0_wp, 0.0_wp, error)
          if (allocated(error)) return
       end if
       if (step%control == control_frequencies) call check_vibration(problem, .not. first, error)
-      if (any(step%control == [control_load, control_timed_load, control_linear, control_frequencies])) return
+      if (any(step%control == [control_load, control_linear, control_frequencies])) return
+      if (step%control == control_timed .and. step%prescribes == control_load) return
       if (step%control == control_buckling .and. size(problem%external%turning_nodes) > 0) then
          call raise(error, status_input_error, 'buckling: a moment acts at node '//text_of(problem%external%turning_nodes(1)) &
             //', which can turn about several axes; such a moment is not conservative')

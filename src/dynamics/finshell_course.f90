@@ -1,5 +1,5 @@
 !> What an implicit step in time, or a static one that takes time, carries from one increment to the next beside the state, as
-!> numbers that a run leaves for its continuation (finshell_dynamic, finshell_timed_load).
+!> numbers that a run leaves for its continuation (finshell_dynamic, finshell_timed_step).
 module finshell_course
    use finshell_kinds, only: wp
    use finshell_memo, only: memo_t
@@ -16,7 +16,8 @@ module finshell_course
       real(wp) :: time = 0, duration = 0 !< since the step began; of the step
       real(wp) :: begun = 0 !< when it did
       real(wp) :: at_start = 0 !< load factor that the step has found
-      real(wp), allocatable :: auxiliary(:, :) !< (n_nodal, nodes) finshell_newmark; of a static step (n, 1) rates of the unknowns
+      !> (n_nodal, nodes) finshell_newmark; of a static step (n + 1, 1) rates of the unknowns and of the load factor.
+      real(wp), allocatable :: auxiliary(:, :)
       real(wp), allocatable :: damping(:, :) !< (n_nodal, nodes) forces of damping
       real(wp), allocatable :: load(:, :) !< (n_nodal, nodes) forces of loads and damping
       real(wp), allocatable :: reaction(:) !< of moved supports, to inertia too (finshell_ledger)
@@ -29,7 +30,7 @@ module finshell_course
       !> (3, nodes) and quaternions (4, nodes) when the step began, where damping goes by them
       real(wp), allocatable :: first_displacement(:, :), first_rotation(:, :)
       real(wp), allocatable :: first_past(:, :) !< what laws remembered then, likewise (finshell_past)
-      real(wp) :: way = 0 !< of a static step: how far it has moved (finshell_timed_load)
+      real(wp) :: way = 0 !< of a static step: how far it has moved (finshell_timed_step)
    end type course_t
 
 contains

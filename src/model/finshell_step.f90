@@ -11,7 +11,7 @@ module finshell_step
    public :: control_load, control_displacement, control_arc_length, control_volume, control_linear, control_buckling, control_name
    public :: control_frequencies, leaves_state, is_mode, mass_higher_order, mass_consistent, mass_lumped
    public :: control_dynamic, control_explicit, is_in_time, is_motion, scheme_generalised_alpha, scheme_conserving
-   public :: control_timed_load, has_course
+   public :: control_timed, has_course
    public :: prescribes_monitored, off_the_way, snap_ignore, snap_mark, snap_refuse, mixed_never, mixed_always, mixed_auto, &
       tangent_never, tangent_always, tangent_auto
 
@@ -19,8 +19,8 @@ module finshell_step
    integer, parameter :: control_load = 1, control_displacement = 2, control_arc_length = 3, control_volume = 4
    !> Steps in time: the time is prescribed.
    integer, parameter :: control_dynamic = 21, control_explicit = 22
-   !> The same without inertia: control = 'load' with a duration (finshell_timed_load).
-   integer, parameter :: control_timed_load = 23
+   !> The same without inertia: load, displacement or volume control with a duration (finshell_timed_step).
+   integer, parameter :: control_timed = 23
    !> Steps that leave the state as it is: a linear solution, linear buckling, frequencies (finshell_linear_step, finshell_buckling,
    !> finshell_frequencies).
    integer, parameter :: control_linear = 11, control_buckling = 12, control_frequencies = 13
@@ -105,6 +105,7 @@ module finshell_step
       type(convergence_t) :: convergence
 
       ! Steps in time; their increments are measured in time.
+      integer :: prescribes = control_load !< of a static one: control_load, control_displacement or control_volume
       type(time_plan_t) :: time
       integer :: scheme = scheme_generalised_alpha
       real(wp) :: rho_infinity = 0.8_wp !< generalised-alpha: what an increment leaves of the fastest vibrations
@@ -193,13 +194,13 @@ contains
    !> Does time pass in a step with this control?
    elemental logical function is_in_time(control)
       integer, intent(in) :: control
-      is_in_time = is_motion(control) .or. control == control_timed_load
+      is_in_time = is_motion(control) .or. control == control_timed
    end function is_in_time
 
    !> Does it follow a course of implicit increments in time (finshell_course)?
    elemental logical function has_course(control)
       integer, intent(in) :: control
-      has_course = control == control_dynamic .or. control == control_timed_load
+      has_course = control == control_dynamic .or. control == control_timed
    end function has_course
 
    !> With inertia?
@@ -224,7 +225,7 @@ contains
       case (control_volume); name = 'volume control'
       case (control_dynamic); name = 'dynamic'
       case (control_explicit); name = 'explicit'
-      case (control_timed_load); name = 'load control in time'
+      case (control_timed); name = 'static in time'
       case (control_linear); name = 'linear'
       case (control_buckling); name = 'buckling'
       case (control_frequencies); name = 'frequencies'

@@ -11,6 +11,7 @@ module finshell_time_plan
       real(wp) :: duration = 0
       !> Load factors at times, ascending; between them it goes along a straight line, or smoothly, and keeps the last. Where the
       !> first time is not 0 it begins at the factor that the step finds. Unallocated: `constant` from the beginning.
+      !> Of a static step under displacement or volume control: the monitored quantity likewise.
       type(table_t), allocatable :: table
       real(wp) :: constant = 1
       real(wp), allocatable :: stops(:) !< other times to land on, where something else has a corner
@@ -20,6 +21,7 @@ module finshell_time_plan
       procedure :: factor
       procedure :: factor_rates
       procedure :: begun
+      procedure :: spread_evenly
       procedure :: next_landing
       procedure :: is_corner
       procedure :: is_output
@@ -67,6 +69,27 @@ contains
       table%x = [0.0_wp, table%x]
       table%y = [at_start, table%y]
    end function begun
+
+   !> Give values without times theirs: such that what goes through them does so at an even rate.
+   pure subroutine spread_evenly(self, at_start)
+      class(time_plan_t), intent(inout) :: self
+      real(wp), intent(in) :: at_start
+      real(wp), allocatable :: way(:)
+      integer :: i
+      associate (table => self%table)
+         if (size(table%x) > 0) return
+         allocate (way(size(table%y)))
+         way(1) = abs(table%y(1) - at_start)
+         do i = 2, size(way)
+            way(i) = way(i - 1) + abs(table%y(i) - table%y(i - 1))
+         end do
+         i = size(way)
+         if (.not. way(i) > 0) way(i) = 1 ! a hold
+         table%x = [self%duration*way(:i - 1)/way(i), self%duration]
+         table%y = pack(table%y, [table%x(2:) > table%x(:i - 1), .true.])
+         table%x = pack(table%x, [table%x(2:) > table%x(:i - 1), .true.])
+      end associate
+   end subroutine spread_evenly
 
    !> The first time after this one at which an increment has to end: output, a corner of the load factor, or the end of the step.
    pure real(wp) function next_landing(self, time)

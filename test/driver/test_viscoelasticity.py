@@ -169,6 +169,42 @@ class Viscoelasticity(unittest.TestCase):
         steps = [b - a for a, b in zip(times, times[1:])]
         self.assertGreater(max(steps), 5 * min(s for s in steps if s > 0))
 
+    def test_displacement_and_volume_control(self):
+        """What is prescribed goes over time; held, all stresses relax alike, so shapes stay and the load is what answers."""
+        load = "&load type = 'line' edge_set = 'edge_x1' vector = 1.0, 0, 0 /\n"
+        watched = "control = 'displacement' node_set = 'edge_x1' component = 'x' "
+        rows = self.solve(LAW + STRIP + load + f"&step {watched} displacements = 0.2 {TIGHT} /\n&step {watched} displacements = 0.2 duration = 5.0 {TIGHT} /\n")
+        at_once = [r for r in rows if r["time"] == 0][-1]
+        held = [r for r in rows if r["time"] > 0]
+        self.assertEqual(held[-1]["time"], 5)
+        for r in held:
+            self.assertAlmostEqual(r["load_factor"] / at_once["load_factor"], relaxed(r["time"]), delta=1e-9)
+            self.assertAlmostEqual(r["u"], 0.2, delta=1e-9)
+        # at an even rate through two values; by times of their own
+        for times, expected in (("", (1.0, 4.0)), ("times = 3.0, 4.0", (3.0, 4.0))):
+            rows = self.solve(LAW + STRIP + load + f"&step {watched} displacements = 0.5e-8, 2e-8 {times} duration = 4.0 {TIGHT} /\n")
+            for u, time in zip((0.5e-8, 2e-8), expected):
+                self.assertAlmostEqual(min(rows, key=lambda r: abs(r["u"] - u))["time"], time, delta=1e-6)
+            if not times:
+                stress = E * 1e-8 * (1 - G + G * TAU / 4 * (1 - math.exp(-4 / TAU)))
+                self.assertAlmostEqual(rows[-1]["load_factor"] / (stress * 0.1), 1, delta=1e-6)
+        disk = """&mesh generator = 'disk' radius = 7.5 rings = 4 portion = 'quarter' /
+&section material = 'visco' thickness = 0.5 /
+&support node_set = 'rim' type = 'hinged' /
+&support node_set = 'edge_x0' type = 'symmetry_x' /
+&support node_set = 'edge_y0' type = 'symmetry_y' /
+&load type = 'pressure' pressure = 1.0 /
+&monitor name = 'w' quantity = 'displacement' component = 'z' node_set = 'centre' /
+&step control = 'volume' volumes = 60.0 first_increment = 15.0 """ + TIGHT + """ /
+&step control = 'volume' volumes = 60.0 duration = 5.0 """ + TIGHT + " /\n"
+        rows = self.solve(LAW + disk)
+        at_once = [r for r in rows if r["time"] == 0][-1]
+        held = [r for r in rows if r["time"] > 0]
+        self.assertEqual(held[-1]["time"], 5)
+        for r in held:
+            self.assertAlmostEqual(r["load_factor"] / at_once["load_factor"], relaxed(r["time"]), delta=1e-3)
+            self.assertAlmostEqual(r["w"] / at_once["w"], 1, delta=1e-3)
+
     def test_creep_buckling(self):
         """A shallow arch snaps in time under more than 1 - g times the load under which it would snap at once, and never under less. When it
         does is a matter of the increments to second order; with inertia it goes on."""
@@ -310,6 +346,8 @@ class Viscoelasticity(unittest.TestCase):
     def test_restart_is_the_same_to_the_bit(self):
         text = LAW + CANTILEVER.format(force=0.06) + "&output restart = 'every' energy = .true. /\n"
         ends = {"static": "&step first_increment = 0.25 /\n&step control = 'displacement' node_set = 'edge_x1' component = 'z' displacements = 0.3 /\n",
+                "watched": "&step control = 'displacement' node_set = 'edge_x1' component = 'z' displacements = 0.3 /\n"
+                           "&step control = 'displacement' node_set = 'edge_x1' component = 'z' displacements = 0.2, 0.2, 0.5 times = 0.5, 1.5, 2.0 duration = 3.0 /\n",
                 "timed": "&step load_factor = 0.5 /\n&step load_factor = 1.0 duration = 3.0 first_increment = 0.2 /\n&step duration = 4.0 times = 1.0, 1.5 factors = 1.0, 0.2 /\n",
                 "dynamic": "&step load_factor = 0.7 /\n&step duration = 1.0 load_factor = 0.7 first_increment = 0.2 /\n&step control = 'dynamic' load_factor = 0.2 duration = 3.0"
                            " stiffness_damping = 0.01 /\n&step load_factor = 0.1 duration = 1.0 first_increment = 0.3 /\n",
@@ -342,8 +380,13 @@ class Viscoelasticity(unittest.TestCase):
     def test_refusals(self):
         load = "&load type = 'line' edge_set = 'edge_x1' vector = 0.1, 0, 0 /\n"
         common = LAW + STRIP + load
-        self.refused(common + "&step control = 'displacement' node_set = 'edge_x1' component = 'x' displacements = 0.1 duration = 2.0 /\n",
-                     "bad.nml:9: &step duration: of static steps those with control = 'load' can take time, found 'displacement'")
+        self.refused(common + "&step control = 'arc_length' duration = 2.0 /\n",
+                     "bad.nml:9: &step duration: of static steps those with control = 'load', 'displacement' and 'volume' can take time, found 'arc_length'")
+        self.refused(common + "&step control = 'relax' duration = 2.0 /\n", "'volume' can take time, found 'relax'")
+        watched = "control = 'displacement' node_set = 'edge_x1' component = 'x' displacements = 0.1, 0.2"
+        self.refused(common + f"&step {watched} times = 1.0 duration = 2.0 /\n", "bad.nml:9: &step times: there are 1 times for 2 values of what is prescribed")
+        self.refused(common + f"&step {watched} times = 2.0, 1.0 duration = 2.0 /\n", "bad.nml:9: &step times: times have to rise")
+        self.refused(common.replace(load, "") + f"&step {watched} duration = 2.0 /\n", "needs a load or a moved support that follows the load factor")
         self.refused(common + "&step duration = 0 /\n", "bad.nml:9: &step duration")
         self.refused(common + "&step duration = 1 load_levels = 0.5 /\n", "load_levels")
         self.refused(common + "&step /\n&accuracy target = 0.1 /\n", "bad.nml:10: &accuracy: what laws with states remember cannot go on from mesh to mesh")

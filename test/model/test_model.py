@@ -184,7 +184,7 @@ class LikeTheDriver(unittest.TestCase):
         self.assertNotEqual(model.monitor("w"), 0)
         model.set_force("edge_x1", 2 * TIP)
         with self.assertRaisesRegex(finshell.Error, "step 'hold': forces and displacements of a host change in steps with control = 'load' and 'dynamic', "
-                                                    "found 'load control in time'"):
+                                                    "found 'static in time'"):
             model.advance()
         self.assertTrue(model.settle())
         model.run()

@@ -5,8 +5,8 @@ module finshell_input_step
    use finshell_mesh, only: mesh_t
    use finshell_step, only: step_t, convergence_t, convergence_preset, control_load, control_displacement, control_arc_length
    use finshell_step, only: control_volume, control_linear, control_buckling, control_frequencies
-   use finshell_step, only: control_dynamic, control_explicit, control_timed_load, is_in_time
-   use finshell_step, only: leaves_state, snap_ignore, snap_mark, snap_refuse
+   use finshell_step, only: control_dynamic, control_explicit, control_timed, is_in_time
+   use finshell_step, only: leaves_state, prescribes_monitored, snap_ignore, snap_mark, snap_refuse
    use finshell_step, only: mass_consistent, mass_higher_order, mass_lumped, mixed_always, mixed_never
    use finshell_step, only: tangent_always, tangent_never
    use finshell_namelist, only: get_number_or_switch, group_t, get, has, check_all_used, complain_about
@@ -54,9 +54,11 @@ contains
          step%relaxes = control == 'relax'
       end select
       if (has(group, 'duration')) then
-         if (step%control == control_load .and. .not. step%relaxes) step%control = control_timed_load
-         if (.not. is_in_time(step%control)) call complain_about(group, 'duration', "of static steps those with control = 'load' " &
-            //"can take time, found '"//control//"'; supports that are moved by the load factor prescribe displacements", error)
+         step%prescribes = step%control
+         if (any(step%control == [control_load, control_displacement, control_volume]) .and. .not. step%relaxes) &
+            step%control = control_timed
+         if (.not. is_in_time(step%control)) call complain_about(group, 'duration', "of static steps those with control = " &
+            //"'load', 'displacement' and 'volume' can take time, found '"//control//"'", error)
          if (allocated(error)) return
       end if
       if (leaves_state(step%control)) then
@@ -64,6 +66,8 @@ contains
          return
       end if
       if (is_in_time(step%control)) then
+         if (step%control == control_timed .and. prescribes_monitored(step%prescribes)) &
+            call read_monitored(group, mesh, step, error)
          call read_time_step(group, scales%amplitudes, step, error)
          call read_increment_sizes(group, step, error)
          if (step%control /= control_explicit) call read_convergence(group, preset, step%convergence, error)
@@ -107,18 +111,29 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(step_t), intent(inout) :: step
       type(error_t), allocatable, intent(inout) :: error
-      logical :: needs_displacement, needs_volume
-
       call get(group, 'load_factor', step%final_load_factor, error, default=1.0_wp)
       step%ends_at_load_factor = has(group, 'load_factor') .or. step%control == control_load &
          .or. (step%control == control_arc_length .and. .not. (has(group, 'displacements') .or. has(group, 'volumes')))
       call get(group, 'load_levels', step%load_levels, error)
-      needs_displacement = step%control == control_displacement .or. has(group, 'node_set') .or. has(group, 'component') &
+      call read_monitored(group, mesh, step, error)
+   end subroutine read_targets
+
+   !> What is monitored, and the values of it to land on.
+   subroutine read_monitored(group, mesh, step, error)
+      type(group_t), intent(inout) :: group
+      type(mesh_t), intent(in) :: mesh
+      type(step_t), intent(inout) :: step
+      type(error_t), allocatable, intent(inout) :: error
+      integer :: control
+      logical :: needs_displacement, needs_volume
+
+      control = merge(step%prescribes, step%control, step%control == control_timed)
+      needs_displacement = control == control_displacement .or. has(group, 'node_set') .or. has(group, 'component') &
          .or. has(group, 'displacements')
       call get(group, 'displacements', step%displacements, error, required=needs_displacement)
       call get_component(group, 'x, y, z', step%component, error, required=needs_displacement)
       if (needs_displacement) call get_set(group, kind_node, mesh, step%node_set, error)
-      needs_volume = step%control == control_volume .or. has(group, 'volumes') .or. has(group, 'element_set')
+      needs_volume = control == control_volume .or. has(group, 'volumes') .or. has(group, 'element_set')
       call get(group, 'volumes', step%volumes, error, required=needs_volume)
       if (allocated(error)) return
       if (size(step%displacements) == 0) deallocate (step%displacements)
@@ -126,7 +141,7 @@ contains
       if (has(group, 'element_set')) call get_set(group, kind_element, mesh, step%element_set, error)
       if (needs_volume .and. needs_displacement) &
          call complain_about(group, 'volumes', 'a step monitors either a displacement or a volume', error)
-   end subroutine read_targets
+   end subroutine read_monitored
 
    subroutine read_increments(group, step, error)
       type(group_t), intent(inout) :: group

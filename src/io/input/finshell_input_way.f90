@@ -2,7 +2,7 @@
 module finshell_input_way
    use finshell_kinds, only: wp, dp
    use finshell_error, only: error_t, text_of
-   use finshell_step, only: step_t, off_the_way
+   use finshell_step, only: control_timed, off_the_way, prescribes_monitored, step_t
    use finshell_step, only: control_load, control_displacement, control_arc_length, control_volume, is_in_time, leaves_state
    use finshell_namelist, only: namelist_t, group_t, has, complain_about
    implicit none
@@ -70,7 +70,10 @@ contains
             levels = [levels, step%final_load_factor]
          end if
       end if
-      if (is_in_time(step%control)) then
+      if (step%control == control_timed .and. prescribes_monitored(step%prescribes)) then
+         if (allocated(factor)) deallocate (factor)
+         return
+      else if (is_in_time(step%control)) then
          call pass_time(step, factor)
          return
       end if

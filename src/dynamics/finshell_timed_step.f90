@@ -1,9 +1,9 @@
-!> Static steps that take time: the load factor goes over time, and each increment looks for equilibrium at its end. Without inertia
-!> it is the laws that know of the time (finshell_past), and loads that follow tables over it.
+!> Static steps that take time: the load factor goes over time, or a monitored displacement or volume, and each increment looks for
+!> equilibrium at its end. Without inertia it is the laws that know of the time (finshell_past), and loads that follow tables over it.
 !>
 !> Laws take the strain of an increment as going along a straight line. How far it is off this line, an eighth of the change of the
 !> motion from increment to increment, is the error that increments are chosen by, relative to how far the step has come.
-module finshell_timed_load
+module finshell_timed_step
    use finshell_balance, only: balance_t
    use finshell_control, only: constraint_t
    use finshell_course, only: carry_course, course_t, numbers_of
@@ -18,11 +18,12 @@ module finshell_timed_load
    use finshell_path, only: path_t
    use finshell_state, only: state_t
    use finshell_status, only: status_input_error, status_not_converged
-   use finshell_step, only: step_t
+   use finshell_step, only: control_load, step_t
    use finshell_support_motion, only: stops_of
+   use finshell_time_plan, only: time_plan_t
    implicit none
    private
-   public :: check_timed_start, solve_timed_load
+   public :: check_timed_start, solve_timed
 
    real(wp), parameter :: per_duration = 10000 !< first increments in a step, where it begins and behind corners, at least
    real(wp), parameter :: off_chord = 0.125_wp !< distance of a parabola from its chord, over the change of two equal increments
@@ -33,7 +34,7 @@ contains
 
    !> Follow such a step from the state of the problem. Errors: a load factor that jumps at the beginning; an increment that fails
    !> however short; too many increments; what the observer raised. What converged before has been given to the observer.
-   subroutine solve_timed_load(problem, step, path, observer, error, resumes)
+   subroutine solve_timed(problem, step, path, observer, error, resumes)
       class(equilibrium_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_t), intent(inout) :: path
@@ -47,14 +48,14 @@ contains
 
       own = step
       if (path%started < 0) call cpu_time(path%started)
-      if (allocated(problem%watched)) deallocate (problem%watched)
       if (allocated(path%course)) then
          memo = memo_t(numbers=path%course, reading=.true.)
          call course%pace%begin(step, first_size(step), 0.0_wp)
          call carry_course(memo, course)
          course%duration = step%time%duration
-         own%time%stops = stops_from(problem%state, step, course)
          call problem%accept()
+         call watch(problem, step, error)
+         if (allocated(error)) return
       else
          ramping = by_load_factor
          if (resumes .and. path%underway) ramping = path%ramping
@@ -63,13 +64,14 @@ contains
          call path%ramps_before(problem, step, observer, error, ramping)
          if (.not. allocated(error)) call begin(course, problem, step, error)
          if (allocated(error)) return
-         own%time%stops = stops_from(problem%state, step, course)
       end if
+      if (step%prescribes /= control_load) call own%time%spread_evenly(course%at_start)
+      own%time%stops = stops_from(problem%state, own, course)
       call path%history%forget()
       path%tangent%known = .false.
       call follow(course, problem, own, path, observer, error)
       if (.not. allocated(error) .and. allocated(path%course)) deallocate (path%course)
-   end subroutine solve_timed_load
+   end subroutine solve_timed
 
    subroutine begin(self, problem, step, error)
       type(course_t), intent(inout) :: self
@@ -78,14 +80,31 @@ contains
       type(error_t), allocatable, intent(out) :: error
       self%duration = step%time%duration
       self%begun = problem%state%time
+      call watch(problem, step, error)
+      if (allocated(error)) return
       self%at_start = problem%state%load_factor
-      call check_timed_start(step, self%at_start, error)
+      if (step%prescribes /= control_load) self%at_start = problem%monitored(problem%state)
+      if (step%prescribes == control_load) call check_timed_start(step, self%at_start, error)
       if (allocated(error)) error%message = where_text(self, step)//error%message
       if (allocated(error)) return
       call self%pace%begin(step, first_size(step), 0.0_wp)
       self%energy = problem%base_entry%energy
       self%mean_levels = 0
    end subroutine begin
+
+   !> Look at what the step prescribes.
+   subroutine watch(problem, step, error)
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(error_t), allocatable, intent(out) :: error
+      if (allocated(step%volumes)) then
+         call problem%watch_volume(error, step%element_set)
+      else if (allocated(step%node_set)) then
+         call problem%watch(step%node_set, step%component, error)
+      else if (allocated(problem%watched)) then
+         deallocate (problem%watched)
+      end if
+   end subroutine watch
 
    !> Refuse a load factor that jumps at the beginning.
    subroutine check_timed_start(step, found, error)
@@ -105,17 +124,23 @@ contains
       if (step%first_increment > 0) size = step%first_increment
    end function first_size
 
-   !> Where tables that follow the load factor, or the time, have corners.
+   !> Where tables that follow the load factor, if it is known beforehand, or the time, have corners.
    function stops_from(state, step, course) result(stops)
       type(state_t), intent(in) :: state
       type(step_t), intent(in) :: step
       type(course_t), intent(in) :: course
       real(wp), allocatable :: stops(:)
       type(state_t) :: began
+      type(time_plan_t) :: plan
       began = state
-      call set_factor(began, by_load_factor, course%at_start)
+      plan = step%time
+      if (step%prescribes == control_load) then
+         call set_factor(began, by_load_factor, course%at_start)
+      else
+         deallocate (plan%table)
+      end if
       call set_time(began, course%begun)
-      stops = stops_of(began, step%time)
+      stops = stops_of(began, plan)
    end function stops_from
 
    subroutine follow(self, problem, step, path, observer, error)
@@ -201,14 +226,21 @@ contains
       real(wp), intent(in) :: h, end_time
       type(newton_result_t), intent(out) :: result
       real(wp), allocatable :: x(:)
-      real(wp) :: factor
-      factor = step%time%factor(end_time, self%at_start)
+      type(constraint_t) :: constraint
+      real(wp) :: change
+      constraint%control = step%prescribes
+      constraint%target = step%time%factor(end_time, self%at_start)
       allocate (x(problem%n), source=0.0_wp)
-      if (allocated(self%auxiliary)) x = h*self%auxiliary(:, 1)
+      change = 0
+      if (allocated(self%auxiliary)) then
+         x = h*self%auxiliary(:problem%n, 1)
+         change = h*self%auxiliary(problem%n + 1, 1)
+      end if
+      if (step%prescribes == control_load) change = constraint%target - problem%base%load_factor
       problem%state%time = self%begun + end_time ! what follows it goes along with the move
-      call problem%move(x, factor - problem%base%load_factor)
+      call problem%move(x, change)
       call problem%say('Increment in time of '//text_of(real(h, dp))//' to time '//text_of(real(end_time, dp)))
-      call solve_increment(problem, constraint_t(target=factor), step%convergence, self%mean_levels, result)
+      call solve_increment(problem, constraint, step%convergence, self%mean_levels, result)
       if (.not. result%converged) call problem%say('     failed: '//result%reason)
    end subroutine attempt
 
@@ -228,7 +260,7 @@ contains
       estimate = 0
       if (allocated(self%auxiliary)) then
          scale = max(self%way + moved, negligible*standing)
-         if (scale > 0) estimate = off_chord*size_of(problem, x - h*self%auxiliary(:, 1))/scale
+         if (scale > 0) estimate = off_chord*size_of(problem, x - h*self%auxiliary(:problem%n, 1))/scale
       else if (standing > 0) then
          estimate = off_chord*moved/standing
       end if
@@ -262,7 +294,7 @@ contains
       allocate (x(problem%n))
       call problem%increment(x)
       call problem%transport(x)
-      self%auxiliary = reshape(x/h, [problem%n, 1])
+      self%auxiliary = reshape([x/h, problem%change(by_load_factor)/h], [problem%n + 1, 1])
       self%way = self%way + moved
       self%motion%work = self%motion%work + balance%work
       self%motion%time = self%begun + self%time
@@ -290,6 +322,7 @@ contains
       record%control = step%control
       record%negative_pivots = problem%negative_pivots
       record%load_factor = problem%state%load_factor
+      record%monitored = problem%monitored_or_zero()
       record%size = h
       record%residual = result%residual
       record%correction = result%correction
@@ -302,4 +335,4 @@ contains
       record%total_cuts = path%cuts
       path%last = record
    end subroutine fill_record
-end module finshell_timed_load
+end module finshell_timed_step
