@@ -31,6 +31,7 @@ module finshell_course
       real(wp), allocatable :: first_displacement(:, :), first_rotation(:, :)
       real(wp), allocatable :: first_past(:, :) !< what laws remembered then, likewise (finshell_past)
       real(wp) :: way = 0 !< of a static step: how far it has moved (finshell_timed_step)
+      integer :: seen = 0 !< likewise: number of the increment that it has made last; there may be others, of a host
    end type course_t
 
 contains
@@ -57,6 +58,7 @@ contains
       call memo%carry(self%first_rotation)
       call memo%carry(self%first_past)
       call memo%carry(self%way)
+      call memo%carry(self%seen)
    end subroutine carry_course
 
    !> A course of these numbers; what goes by the step alone has its initial values.

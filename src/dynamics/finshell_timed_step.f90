@@ -18,7 +18,7 @@ module finshell_timed_step
    use finshell_path, only: path_t
    use finshell_state, only: state_t
    use finshell_status, only: status_input_error, status_not_converged
-   use finshell_step, only: control_load, step_t
+   use finshell_step, only: control_load, convergence_t, step_t
    use finshell_support_motion, only: stops_of
    use finshell_time_plan, only: time_plan_t
    implicit none
@@ -29,6 +29,7 @@ module finshell_timed_step
    real(wp), parameter :: off_chord = 0.125_wp !< distance of a parabola from its chord, over the change of two equal increments
    real(wp), parameter :: negligible = 1.0e-6_wp !< motion beside the displacements that there are
    real(wp), parameter :: rounding = 1.0e-10_wp
+   real(wp), parameter :: close = 1.0e-6_wp !< tolerances of the state that it begins with
 
 contains
 
@@ -66,6 +67,7 @@ contains
          if (allocated(error)) return
       end if
       if (step%prescribes /= control_load) call own%time%spread_evenly(course%at_start)
+      if (course%seen /= problem%state%increment) call balance_first(course, problem, step, path)
       own%time%stops = stops_from(problem%state, own, course)
       call path%history%forget()
       path%tangent%known = .false.
@@ -88,9 +90,37 @@ contains
       if (allocated(error)) error%message = where_text(self, step)//error%message
       if (allocated(error)) return
       call self%pace%begin(step, first_size(step), 0.0_wp)
-      self%energy = problem%base_entry%energy
+      self%seen = -1
       self%mean_levels = 0
    end subroutine begin
+
+   !> What steps before have left out of balance is no motion in time: it is balanced in none. Where that fails, as at rest, it stays.
+   subroutine balance_first(self, problem, step, path)
+      type(course_t), intent(inout) :: self
+      class(equilibrium_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_t), intent(inout) :: path
+      type(newton_result_t) :: result
+      type(constraint_t) :: constraint
+      type(convergence_t) :: settings
+      if (size_of_displacements(problem) > 0) then
+         settings = step%convergence
+         settings%residual = min(settings%residual, close)
+         settings%correction = min(settings%correction, close)
+         constraint%control = step%prescribes
+         constraint%target = step%time%factor(self%time, self%at_start)
+         if (step%prescribes /= control_load) constraint%target = problem%monitored(problem%state)
+         call solve_increment(problem, constraint, settings, self%mean_levels, result)
+         path%iterations = path%iterations + result%iterations
+         if (result%converged) then
+            call problem%accept()
+         else
+            call problem%restore()
+         end if
+      end if
+      if (self%increments == 0) self%energy = problem%base_entry%energy
+      if (allocated(self%auxiliary)) deallocate (self%auxiliary)
+   end subroutine balance_first
 
    !> Look at what the step prescribes.
    subroutine watch(problem, step, error)
@@ -303,6 +333,7 @@ contains
       self%increments = self%increments + 1
       self%mean_levels = self%mean_levels + ([problem%force_level, problem%moment_level] - self%mean_levels)/self%increments
       problem%state%increment = problem%state%increment + 1
+      self%seen = problem%state%increment
       call problem%accept()
    end subroutine settle
 

@@ -296,6 +296,17 @@ class Viscoelasticity(unittest.TestCase):
             b = next(r for r in there if abs(r["load_factor"] - factor) < 1e-9)
             self.assertAlmostEqual(a["u"] / b["u"], 1, delta=1e-7)
 
+    def test_what_is_left_out_of_balance_is_no_motion(self):
+        """A hold behind a step of loose tolerance, thin and bent far: nothing moves, so increments grow to the end."""
+        rows = self.solve(f"&material name = 'visco' law = 'linear_elastic' e = {1e3 * E} nu = {NU} density = 1.0 /\n"
+                          + CANTILEVER.format(force=0.06).replace("thickness = 0.1", "thickness = 0.01")
+                          + "&step residual_tolerance = 0.05 correction_tolerance = 0.05 /\n&step duration = 5.0 /\n")
+        held = [r for r in rows if r["time"] > 0]
+        self.assertEqual(held[-1]["time"], 5)
+        self.assertLess(len(held), 20)
+        self.assertLess(max(abs(r["w"] - held[0]["w"]) for r in held), 1e-6)
+        self.assertGreater(abs(held[0]["w"]), 0.3)
+
     # ------------------------------------------------------------------ steps with inertia
 
     def check_swinging(self, bends, step, increments, order, coarse):
