@@ -1,5 +1,5 @@
 !> Static steps that take time: the load factor goes over time, or a monitored displacement or volume, and each increment looks for
-!> equilibrium at its end. Without inertia it is the laws that know of the time (finshell_past), and loads that follow tables over it.
+!> equilibrium at its end. Without inertia it is the laws that know of the time (finshell_past), and loads that follow tables.
 !>
 !> Laws take the strain of an increment as going along a straight line. How far it is off this line, an eighth of the change of the
 !> motion from increment to increment, is the error that increments are chosen by, relative to how far the step has come.
@@ -67,7 +67,7 @@ contains
          if (allocated(error)) return
       end if
       if (step%prescribes /= control_load) call own%time%spread_evenly(course%at_start)
-      if (course%seen /= problem%state%increment) call balance_first(course, problem, step, path)
+      if (course%seen /= problem%state%increment) call balance_first(course, problem, own, path)
       own%time%stops = stops_from(problem%state, own, course)
       call path%history%forget()
       path%tangent%known = .false.
@@ -94,7 +94,7 @@ contains
       self%mean_levels = 0
    end subroutine begin
 
-   !> What steps before have left out of balance is no motion in time: it is balanced in none. Where that fails, as at rest, it stays.
+   !> What steps before have left out of balance is no motion in time: it is balanced in none, where that succeeds.
    subroutine balance_first(self, problem, step, path)
       type(course_t), intent(inout) :: self
       class(equilibrium_t), intent(inout) :: problem
@@ -108,8 +108,11 @@ contains
          settings%residual = min(settings%residual, close)
          settings%correction = min(settings%correction, close)
          constraint%control = step%prescribes
-         constraint%target = step%time%factor(self%time, self%at_start)
-         if (step%prescribes /= control_load) constraint%target = problem%monitored(problem%state)
+         if (step%prescribes == control_load) then
+            constraint%target = step%time%factor(self%time, self%at_start)
+         else
+            constraint%target = problem%monitored(problem%state)
+         end if
          call solve_increment(problem, constraint, settings, self%mean_levels, result)
          path%iterations = path%iterations + result%iterations
          if (result%converged) then
