@@ -404,17 +404,17 @@ contains
       type(result_t), intent(in) :: result
       character(len=160) :: line
       character(len=24) :: estimate
-      character(len=:), allocatable :: error
+      character(len=:), allocatable :: judgement
       estimate = ''
       if (result%judged) write (estimate, '(es24.16e3)') result%estimate
       write (unit, '(3(i0,","),a,",",es24.16e3,",",f0.3)') result%mesh, result%elements, result%unknowns, trim(estimate), &
          result%value, result%seconds
       flush (unit)
       if (options%quiet) return
-      error = ''
-      if (result%judged) error = ', estimated error '//text_of(real(result%estimate, dp))
+      judgement = ''
+      if (result%judged) judgement = ', estimated error '//text_of(real(result%estimate, dp))
       write (line, '(a,i0,a,i0,a,f0.2,a)') 'mesh ', result%mesh, ': ', result%elements, ' elements, '//value_name(input)//' ' &
-         //text_of(result%value)//error//', ', result%seconds, ' s of CPU time'
+         //text_of(result%value)//judgement//', ', result%seconds, ' s of CPU time'
       write (output_unit, '(a)') trim(line)
       flush (output_unit)
    end subroutine tell

@@ -89,6 +89,8 @@ contains
             result = newton
             problem%state = found
             problem%negative_pivots = pivots
+            call problem%evaluate(.false., error)
+            if (allocated(error)) return
          end if
       end if
       if (.not. result%converged) then
