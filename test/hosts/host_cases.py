@@ -1,5 +1,6 @@
 """The problems that are solved through every host, with the mesh and the answer of the driver."""
 import os
+import re
 import subprocess
 import sys
 from dataclasses import dataclass, field
@@ -69,10 +70,13 @@ class Case:
         return np.abs(displacement - self.displacement).max() / np.abs(self.displacement).max()
 
 
-def solve(name, folder, curved=False):
-    """The case, solved by the driver in the given folder; `curved`: hemisphere and balloon with their normals."""
+def solve(name, folder, curved=False, law=None):
+    """The case, solved by the driver in the given folder; `curved`: hemisphere and balloon with their normals; `law`: keys of &material
+    instead of the law and the parameters above."""
     folder = Path(folder)
     text = {"cantilever": CANTILEVER, "hemisphere": HEMISPHERE, "balloon": BALLOON}[name].format(normals="exact" if curved else "facet")
+    if law:
+        text = re.sub(r"law = .* /\n", law + " /\n", text, count=1)
     (folder / f"{name}.nml").write_text(text)
     run = subprocess.run([os.environ["FINSHELL_BIN"], "run", f"{name}.nml"], cwd=folder, capture_output=True, text=True)
     if run.returncode != 0:

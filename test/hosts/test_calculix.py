@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from pathlib import Path
 
 import h5py
@@ -268,6 +269,25 @@ class Calculix(unittest.TestCase):
         self.assertEqual(len(rows), 6)
         stress = np.array(rows, float) / (force * stretch / thickness)
         self.assertLess(np.abs(stress - [1, 0, 0]).max(), 1e-5, "Cauchy stress: force over current cross section")
+
+    def test_law_of_a_library(self):
+        """PLUGIN#LAW: the eight-chain model of examples/user_laws, with the parameters of the deck, beside the driver with the same library."""
+        library = Path(self.folder, "liblaws.so")
+        subprocess.run([os.environ["FINSHELL_CC"], "-O2", "-fPIC", "-shared", f"-I{SOURCE / 'api'}", SOURCE / "examples/user_laws/laws.c",
+                        "-o", library, "-lm"], check=True)
+        elastic = "law = 'st_venant_kirchhoff' e = 1.2e6 nu = 0.0"
+        strip = CANTILEVER.replace("10.0, 1.0", "2.0, 1.0").replace("16, 1", "4, 1").replace("0.0, 0.0, 4.0", "1e5, 0.0, 2e3")
+        _, _, plain = solve(strip.replace(elastic, "law = 'neo_hookean' mu = 4e5"), self.folder)
+        points, triangles, u = solve(strip.replace(elastic, f"law = 'arruda_boyce' library = '{library}' mu = 4e5 lock = 2.0"), self.folder)
+        self.assertGreater(np.abs(u - plain).max() / np.abs(u).max(), 0.05, "the law is to matter")
+        supports = [(i, 1, 6) for i in np.flatnonzero(points[:, 0] < 1e-9)]
+        loads = [(i, d, f / 2 / FORCE_UNIT) for i in np.flatnonzero(points[:, 0] > 2 - 1e-9) for d, f in ((1, 1e5), (3, 2e3))]
+        text = deck(points, triangles, "PLUGIN#ARRUDA_BOYCE-RUBBER", [4e5 / FORCE_UNIT, 2.0], 0.1, supports, loads, "0.1, 1.")
+        with unittest.mock.patch.dict(os.environ, FINSHELL_LAWS=str(library)):
+            self.check_agreement(Result(self.program, text, self.folder, "own_law"), u)
+        result = Result(self.program, text, self.folder, "no_laws")
+        self.assertNotEqual(result.status, 0)
+        self.assertIn("variable FINSHELL_LAWS names, and that is not set", result.log)
 
     def test_wrong_input(self):
         """What is wrong is said, and CalculiX stops."""

@@ -451,6 +451,7 @@ contains
          call expect(abs(answer%pnewdt - 0.25_dp) <= 0, 'wrong input leaves PNEWDT as it is', 1, i)
          call last_message(code, element, text)
          call expect(code < 0 .and. element == 64 .and. len_trim(text) > 20, 'wrong input without message', 1, i)
+         if (i == 1) call expect(index(text, 'FINSHELL_LAWS') > 0, trim(text), 1, i)
          if (i == 7) answer%rhs(1, 1) = answer%rhs(2, 1)
       end do
    end subroutine mistakes

@@ -2,7 +2,6 @@
 import ctypes
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,13 @@ def build(folder):
     return folder / "libfinshell_uel.so"
 
 
+def build_laws(source, folder, name="liblaws.so"):
+    """A shared library of laws from a source in C (doc/user_laws.md), for FINSHELL_LAWS and law 99."""
+    library = folder / name
+    subprocess.run([os.environ["FINSHELL_CC"], "-O2", "-fPIC", "-shared", f"-I{SOURCE / 'api'}", source, "-o", library, "-lm"], check=True)
+    return library
+
+
 def exp(vector):
     """Rotation matrix."""
     angle = np.linalg.norm(vector)
@@ -31,6 +37,10 @@ def log(r):
     axial = 0.5 * np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
     sine = np.linalg.norm(axial)
     return axial * (np.arctan2(sine, 0.5 * (np.trace(r) - 1)) / sine if sine > 1e-12 else 1.0)
+
+
+class Refused(Exception):
+    """PNEWDT was lowered."""
 
 
 class Element:
@@ -67,7 +77,7 @@ class Element:
                   p(time), d(0.1), i(1), i(increment), i(number), p(none), i(loads), kind, magnitude, None, i(0), p(flags), i(18),
                   change, i(loads), ctypes.byref(smaller), None, i(0), d(1.0))
         if smaller.value < 1:
-            sys.exit(f"FAILED element {number} asks for a smaller increment")
+            raise Refused(f"element {number} asks for a smaller increment, {smaller.value}, with RHS(1, 1) = {rhs[0, 0]}")
         return rhs[0], matrix.T
 
 
