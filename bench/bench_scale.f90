@@ -1,11 +1,11 @@
 !> What the parts of an analysis cost, once each: for bench/scale.py, which runs it on meshes of many sizes.
 !>
-!>     bench_scale INPUT.nml [output]
+!>     bench_scale INPUT.nml [assembly | output]
 !>
 !> A line for each part: its name, seconds (wall), seconds (CPU), and the largest memory of the process so far (bytes). The parts:
 !> set-up (input, mesh, equations, pattern), assembly of force and tangent, ordering, factorisation, solution of one right side,
-!> output (result files are begun, with the mesh and the unloaded state), increment (one is written). `output`: without what lies
-!> between set-up and output. Then a line `size` with elements, unknowns, entries of the matrix, bytes of the factors.
+!> output (result files are begun, with the mesh and the unloaded state), increment (one is written). `assembly`: nothing after
+!> that; `output`: without what lies between set-up and output. Then a line `size` with elements, unknowns, entries of the matrix, bytes of the factors.
 program bench_scale
    use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use finshell_assembly, only: paying_threads
@@ -44,9 +44,10 @@ program bench_scale
    warning = warning_of(input, problem)//mesh_warning(input)
    call tock('set-up')
    allocate (x(problem%n), source=0.0_dp)
-   if (word == '') then
+   if (word /= 'output') then
       call problem%evaluate(.true., error)
       call tock('assembly')
+      if (word == 'assembly') stop
       call problem%solver%prepare(error)
       call tock('ordering')
       call problem%factorise(error)

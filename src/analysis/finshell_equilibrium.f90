@@ -131,17 +131,18 @@ contains
       call place_links(self%assembly, linked, linked_elements, pattern)
       call self%half%take(pattern)
       self%half%solver%options = self%solver%options
-      call self%solver%analyse(pattern, error)
+      self%diagonal = pattern%diagonal_places()
+      call self%solver%adopt(pattern, error)
       if (allocated(error)) return
       call self%begin_unloaded(self%stage)
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
-      self%diagonal = [(pattern%find(i, i), i=1, pattern%n)]
       if (allocated(self%residual)) &
          deallocate (self%residual, self%rate, self%values, self%internal_force, self%external_force)
       if (allocated(self%ground)) deallocate (self%ground)
       if (allocated(self%compliance)) deallocate (self%compliance, self%inflow, self%gradient)
       self%entry = entry_t()
-      allocate (self%residual(self%n), self%rate(self%n), self%values(pattern%entries()), source=0.0_wp)
+      allocate (self%residual(self%n), self%rate(self%n), source=0.0_wp)
+      allocate (self%values(self%solver%pattern%entries())) ! left to `evaluate`, which begins with zeros
       allocate (self%internal_force(n_nodal, nodes), self%external_force(n_nodal, nodes), source=0.0_wp)
       if (allocated(self%growth%force)) deallocate (self%growth%force)
       if (allocated(structure%growths)) allocate (self%growth%force(n_nodal, nodes), source=0.0_wp)
@@ -219,9 +220,9 @@ contains
          self%entry%energy = self%entry%energy + loads%standing_energy(s, e, self%state)
       end associate
       self%entry%unit_force = unit_force
-      self%entry%bulges = bulges
       unit_force = unit_force + bulges
       self%bulge_force = scaled_sum(self%state, bulges)
+      call move_alloc(bulges, self%entry%bulges)
       self%external_force = scaled_sum(self%state, unit_force)
       if (tangent) then
          call add_turning(self%external, turning_moments(self), self%assembly, self%values)

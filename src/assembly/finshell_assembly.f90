@@ -107,7 +107,7 @@ contains
       if (present(held)) self%held = held
       kinds = [(.false., e=1, self%elements)]
       if (present(membranes)) kinds = membranes(order)
-      call new_scatter(self%scatter, pattern%bare(), triangles(:, self%patches%element), eq, kinds)
+      call new_scatter(self%scatter, pattern%pattern_t, triangles(:, self%patches%element), eq, kinds)
    end subroutine new_assembly
 
    !> Let elements with dependent nodes add their matrices through blocks, numbered as in the list.

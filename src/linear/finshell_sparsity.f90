@@ -1,7 +1,7 @@
 !> The pattern of the tangent (finshell_pattern), checked, of a team of processes; and products with a matrix of it.
 module finshell_sparsity
    use finshell_cliques, only: cliques_t
-   use finshell_kinds, only: dp, i4, i8
+   use finshell_kinds, only: dp, i4
    use finshell_freedoms, only: n_corners, n_nodal
    use finshell_error, only: error_t, raise, text_of
    use finshell_status, only: status_invalid_argument
@@ -11,20 +11,19 @@ module finshell_sparsity
    private
    public :: sparsity_t, new_sparsity
 
-   !> Compressed columns, numbered from 1. The diagonal is always part of the pattern. Each member of a team has the pattern of its
-   !> own elements, and the matrix is the sum of all.
-   type :: sparsity_t
-      integer :: n = 0 !< equations
-      logical :: symmetric = .true. !< only the lower triangle is stored
+   !> A pattern as solvers take it. The diagonal is always part of it. Each member of a team has the pattern of its own elements, and
+   !> the matrix is the sum of all. Of the pattern itself `start` is for the places of elements (finshell_scatter): only those that
+   !> `new_sparsity` made have it.
+   type, extends(pattern_t) :: sparsity_t
       integer(i4), allocatable :: column_pointer(:) !< (n + 1): column j is at column_pointer(j) .. column_pointer(j+1) - 1
-      integer(i4), allocatable :: row(:) !< ascending within a column
       class(team_t), pointer :: team => null()
    contains
       procedure :: entries
       procedure :: find
-      procedure :: bare
+      procedure :: diagonal_places
       procedure :: multiply
       procedure :: diagonal
+      procedure :: hand_over
    end type sparsity_t
 
 contains
@@ -52,15 +51,30 @@ contains
       find = 0
    end function find
 
-   !> The pattern alone, for the places of elements in it (finshell_scatter).
-   pure function bare(self)
+   !> (n) Where the diagonal stands among the values.
+   pure function diagonal_places(self) result(places)
       class(sparsity_t), intent(in) :: self
-      type(pattern_t) :: bare
-      bare%n = self%n
-      bare%symmetric = self%symmetric
-      bare%start = int(self%column_pointer, i8)
-      bare%row = self%row
-   end function bare
+      integer :: places(self%n)
+      integer :: j
+      if (self%symmetric) then
+         places = self%column_pointer(:self%n) ! nothing is above it
+      else
+         places = [(self%find(j, j), j=1, self%n)]
+      end if
+   end function diagonal_places
+
+   !> Give the pattern away, but for `start`, and keep nothing.
+   subroutine hand_over(self, taker)
+      class(sparsity_t), intent(inout) :: self
+      type(sparsity_t), intent(out) :: taker
+      taker%n = self%n
+      taker%symmetric = self%symmetric
+      taker%team => self%team
+      call move_alloc(self%row, taker%row)
+      call move_alloc(self%column_pointer, taker%column_pointer)
+      if (allocated(self%start)) deallocate (self%start)
+      self%n = 0
+   end subroutine hand_over
 
    !> Build the pattern.
    !>
@@ -74,19 +88,17 @@ contains
       type(error_t), allocatable, intent(out) :: error
       class(team_t), pointer, intent(in), optional :: team
       type(cliques_t), intent(in), optional :: cliques !< equations that meet beside those of the elements; of this member, too
-      type(pattern_t) :: found
+      integer :: n
 
-      pattern%symmetric = symmetric
       if (present(team)) pattern%team => team
-      call check_equations(triangles, eq, pattern%n, error)
+      call check_equations(triangles, eq, n, error)
       if (allocated(error)) return
-      call new_pattern(found, pattern%n, triangles, eq, symmetric, cliques)
-      if (found%start(pattern%n + 1) > huge(1_i4)) then
+      call new_pattern(pattern%pattern_t, n, triangles, eq, symmetric, cliques)
+      if (pattern%start(n + 1) > huge(1_i4)) then
          call raise(error, status_invalid_argument, 'the matrix has more than 2147483647 entries')
          return
       end if
-      pattern%column_pointer = int(found%start, i4)
-      call move_alloc(found%row, pattern%row)
+      pattern%column_pointer = int(pattern%start, i4)
    end subroutine new_sparsity
 
    !> y = A x, and optionally the same with absolute values throughout (the scale of its rounding errors).
@@ -127,12 +139,7 @@ contains
       class(sparsity_t), intent(in) :: self
       real(dp), intent(in) :: values(:)
       real(dp) :: d(self%n)
-      integer :: j, p
-      do j = 1, self%n
-         p = self%find(j, j)
-         d(j) = 0
-         if (p > 0) d(j) = values(p)
-      end do
+      d = values(self%diagonal_places())
       call add_up(self%team, d)
    end function diagonal
 

@@ -75,7 +75,6 @@ contains
    pure function diagonal(self) result(at)
       class(symmetric_part_t), intent(in) :: self
       integer :: at(self%pattern%n)
-      integer :: i
-      at = [(self%pattern%find(i, i), i=1, self%pattern%n)]
+      at = self%pattern%diagonal_places()
    end function diagonal
 end module finshell_symmetric_part

@@ -1,7 +1,7 @@
 !> The pattern of a matrix: compressed columns, built once from the connectivity and the equation numbers.
 !>
-!> Two node-adjacency passes, no sorting and no searching: time and memory are linear in the number of elements. Rows
-!> come out ascending because equations are visited in ascending order and each one is appended to the columns it meets.
+!> Column after column, twice: counted, then written. Equations that follow one another on a node meet the same ones, which are then
+!> found and sorted once: time and memory are linear in the number of elements.
 !> (Who meets whom is mutual, so that the same arrays are compressed rows; the lower triangle by columns is the upper one by rows.)
 module finshell_pattern
    use finshell_cliques, only: cliques_t, cliques_at
@@ -55,65 +55,102 @@ contains
       type(cliques_t), intent(in), optional :: cliques !< equations that meet beside those of the elements
       type(incidence_t) :: at_node
       integer(i4), allocatable :: clique_first(:), clique(:)
-      integer(i4), allocatable :: neighbour_first(:), neighbour(:), home_first(:), home(:), mark(:)
-      integer(i8), allocatable :: fill(:)
-      integer :: c
+      integer(i4), allocatable :: neighbour_first(:), neighbour(:), home_first(:), home(:), mark(:), met(:)
 
       pattern%n = n
       pattern%symmetric = symmetric
       call node_incidence(triangles, size(eq, 2), at_node)
-      call node_neighbours(triangles, size(eq, 2), at_node, neighbour_first, neighbour)
+      call node_neighbours(triangles, eq, at_node, neighbour_first, neighbour)
       call equation_homes(eq, n, home_first, home)
       if (present(cliques)) call cliques_at(cliques, n, clique_first, clique)
 
-      allocate (mark(n), source=0_i4)
-      allocate (fill(n), source=0_i8)
-      call visit(counting=.true.)
-      allocate (pattern%start(n + 1))
+      allocate (pattern%start(n + 1), mark(n), met(n))
       pattern%start(1) = 1
-      do c = 1, n
-         pattern%start(c + 1) = pattern%start(c) + fill(c)
-         fill(c) = pattern%start(c)
-      end do
+      call visit(counting=.true.)
       allocate (pattern%row(pattern%start(n + 1) - 1))
-      mark = 0
       call visit(counting=.false.)
 
    contains
 
-      !> Visit every entry by ascending row: count it in its column, or append it there.
+      !> Count the entries of all columns, or write them.
       subroutine visit(counting)
          logical, intent(in) :: counting
-         integer :: r, h, k, i, node
-         do r = 1, n
-            do h = home_first(r), home_first(r + 1) - 1
-               node = home(h)
-               do k = neighbour_first(node), neighbour_first(node + 1) - 1
-                  do i = 1, size(eq, 1)
-                     call meet(r, eq(i, neighbour(k)), counting)
-                  end do
+         integer :: c, from, many
+         mark = 0
+         many = 0
+         do c = 1, n
+            if (.not. as_before(c)) then
+               call meet(c, many)
+               from = 1
+            end if
+            if (symmetric) then
+               do while (from <= many)
+                  if (met(from) >= c) exit
+                  from = from + 1
                end do
-            end do
-            if (.not. present(cliques)) cycle
-            do h = clique_first(r), clique_first(r + 1) - 1
-               do k = cliques%first(clique(h)), cliques%first(clique(h) + 1) - 1
-                  call meet(r, int(cliques%equation(k)), counting)
-               end do
-            end do
+            end if
+            if (counting) then
+               pattern%start(c + 1) = pattern%start(c) + many - from + 1
+            else
+               pattern%row(pattern%start(c):pattern%start(c + 1) - 1) = met(from:many)
+            end if
          end do
       end subroutine visit
 
-      subroutine meet(r, c, counting)
-         integer, intent(in) :: r, c
-         logical, intent(in) :: counting
-         if (c == 0) return
-         if (symmetric .and. c > r) return
-         if (mark(c) == r) return
-         mark(c) = r
-         if (.not. counting) pattern%row(fill(c)) = r
-         fill(c) = fill(c) + 1
+      !> Does an equation meet those that the one before it meets? Both are of one node, alone, and in no clique.
+      pure logical function as_before(c)
+         integer, intent(in) :: c
+         as_before = .false.
+         if (c == 1) return
+         if (any(home_first(c - 1:c) + 1 /= home_first(c:c + 1))) return
+         if (home(home_first(c - 1)) /= home(home_first(c))) return
+         as_before = .true.
+         if (present(cliques)) as_before = clique_first(c - 1) == clique_first(c + 1)
+      end function as_before
+
+      !> The equations that one meets, ascending: met(:many).
+      subroutine meet(c, many)
+         integer, intent(in) :: c
+         integer, intent(out) :: many
+         integer :: h, k
+         many = 0
+         do h = home_first(c), home_first(c + 1) - 1
+            do k = neighbour_first(home(h)), neighbour_first(home(h) + 1) - 1
+               call insert(eq(:, neighbour(k)), c, mark, met, many)
+            end do
+         end do
+         if (.not. present(cliques)) return
+         do h = clique_first(c), clique_first(c + 1) - 1
+            associate (k => clique(h))
+               call insert(int(cliques%equation(cliques%first(k):cliques%first(k + 1) - 1)), c, mark, met, many)
+            end associate
+         end do
       end subroutine meet
    end subroutine new_pattern
+
+   !> Put numbers that are not marked yet into an ascending list. They come in order, nearly, so that there is little to move.
+   pure subroutine insert(equations, label, mark, list, many)
+      integer, intent(in) :: equations(:)
+      integer, intent(in) :: label
+      integer(i4), intent(inout), contiguous :: mark(:), list(:)
+      integer, intent(inout) :: many !< numbers in the list
+      integer :: at, i
+      do i = 1, size(equations)
+         associate (equation => equations(i))
+            if (equation == 0) cycle
+            if (mark(equation) == label) cycle
+            mark(equation) = label
+            many = many + 1
+            at = many
+            do while (at > 1)
+               if (list(at - 1) < equation) exit
+               list(at) = list(at - 1)
+               at = at - 1
+            end do
+            list(at) = equation
+         end associate
+      end do
+   end subroutine insert
 
    !> Entries of an element matrix that a pattern takes: its lower triangle by columns, or all by columns.
    pure integer function entries_of(pattern, freedoms)
@@ -205,35 +242,47 @@ contains
       end do
    end subroutine node_incidence
 
-   !> Nodes that share an element with each node, itself included.
-   subroutine node_neighbours(triangles, nodes, at_node, first, neighbour)
-      integer, intent(in) :: triangles(:, :), nodes
+   !> Nodes that share an element with each node, itself included, in the order of their equations.
+   subroutine node_neighbours(triangles, eq, at_node, first, neighbour)
+      integer, intent(in) :: triangles(:, :), eq(:, :)
       type(incidence_t), intent(in) :: at_node
       integer(i4), allocatable, intent(out) :: first(:), neighbour(:)
-      integer(i4), allocatable :: mark(:)
-      integer :: node, k, l, e, other, fill
+      integer(i4), allocatable :: mark(:), rank(:)
+      integer :: nodes, node, k, l, e, fill
 
+      nodes = size(eq, 2)
+      rank = int(maxval(eq, dim=1), i4)
       ! An element brings at most two new neighbours to each of its nodes.
       allocate (first(nodes + 1), neighbour(nodes + 2*size(triangles)), mark(nodes))
       mark = 0
       fill = 1
       do node = 1, nodes
          first(node) = fill
-         neighbour(fill) = node
-         fill = fill + 1
-         mark(node) = node
+         call append(node)
          do k = at_node%first(node), at_node%first(node + 1) - 1
             e = (at_node%corner(k) - 1)/n_corners + 1
-            do l = 1, 3
-               other = triangles(l, e)
-               if (mark(other) == node) cycle
-               mark(other) = node
-               neighbour(fill) = other
-               fill = fill + 1
+            do l = 1, n_corners
+               if (mark(triangles(l, e)) /= node) call append(triangles(l, e))
             end do
          end do
       end do
       first(nodes + 1) = fill
+
+   contains
+
+      subroutine append(other)
+         integer, intent(in) :: other
+         integer :: at
+         mark(other) = node
+         at = fill
+         fill = fill + 1
+         do while (at > first(node))
+            if (rank(neighbour(at - 1)) <= rank(other)) exit
+            neighbour(at) = neighbour(at - 1)
+            at = at - 1
+         end do
+         neighbour(at) = other
+      end subroutine append
    end subroutine node_neighbours
 
    !> The nodes that carry each equation.
