@@ -213,18 +213,19 @@ contains
 
       subroutine from_nodes(from, components, room, to)
          type(c_ptr), intent(in) :: from
-         integer, intent(in) :: components
+         integer, intent(in) :: components !< 3 or 4
          real(c_double), intent(inout), target :: room(components, n_corners, *)
          type(c_ptr), intent(inout) :: to
          real(c_double), pointer, contiguous :: values(:, :)
-         integer :: i, j, k
+         integer :: i, j
          if (.not. c_associated(from)) return
          call c_f_pointer(from, values, [components, layout%nodes])
          do i = 1, desk%n
             do j = 1, n_corners
-               do k = 1, components
-                  room(k, j, i) = values(k, layout%corner(j, desk%first + i))
-               end do
+               associate (node => layout%corner(j, desk%first + i))
+                  room(:3, j, i) = values(:3, node) ! a length that the compiler knows
+                  if (components == 4) room(4, j, i) = values(4, node)
+               end associate
             end do
          end do
          to = c_loc(room(1, 1, 1))
@@ -266,16 +267,17 @@ contains
    subroutine deposit(job, desk)
       class(job_t), intent(inout) :: job
       type(desk_t), intent(in) :: desk
-      integer :: c, i, j, m, n, node
+      integer :: i, j, m, n
       n = desk%freedoms
       m = n/n_corners
       if (associated(job%nodal)) then
          do i = 1, desk%n
             do j = 1, n_corners
-               node = job%layout%corner(j, desk%first + i)
-               do c = 1, m
-                  job%nodal(c, node) = job%nodal(c, node) + job%factor*desk%force(n*(i - 1) + m*(j - 1) + c)
-               end do
+               associate (nodal => job%nodal(:, job%layout%corner(j, desk%first + i)), &
+                          force => desk%force(n*(i - 1) + m*(j - 1) + 1:n*(i - 1) + m*j))
+                  nodal(:uz) = nodal(:uz) + job%factor*force(:uz) ! a length that the compiler knows
+                  if (m == n_nodal) nodal(uz + 1:n_nodal) = nodal(uz + 1:n_nodal) + job%factor*force(uz + 1:n_nodal)
+               end associate
             end do
          end do
       end if

@@ -44,20 +44,13 @@ contains
       integer, intent(in) :: eq(:, :) !< (n_nodal, nodes) equations, 0 = constrained
       logical, intent(in), optional :: membranes(:) !< (elements) those that have displacements only
       integer, intent(out), optional :: missing !< an element that the pattern has no room for, 0: none
-      integer, allocatable :: run(:) ! (nodes) freedoms, from the first, whose equations follow one another
+      integer, allocatable :: run(:) ! (nodes) freedoms, from the first, whose equations follow one another in columns that are alike
       integer :: e, j, k, lacking, n(2), width
       integer(i8) :: hi, lo
 
       self%symmetric = pattern%symmetric
       allocate (self%start, source=pattern%start)
-      allocate (run(size(eq, 2)))
-      do j = 1, size(eq, 2)
-         run(j) = 0
-         if (eq(1, j) > 0) run(j) = 1
-         do k = 2, n_nodal
-            if (run(j) == k - 1 .and. eq(k, j) - eq(1, j) == k - 1) run(j) = k
-         end do
-      end do
+      run = [(run_of(eq(:, j)), j=1, size(eq, 2))]
       allocate (self%equation(n_corners, size(triangles, 2)))
       allocate (self%offset(merge(size(pair_row), n_corners**2, self%symmetric), size(triangles, 2)), source=0_i4)
       allocate (self%listed(size(triangles, 2)), source=0_i4)
@@ -70,7 +63,6 @@ contains
          end do
          width = merge(uz, n_nodal, self%membrane(e))
          if (minval(run(triangles(:, e))) >= width) then
-            call find_offsets()
             if (in_runs()) cycle
          end if
          k = merge(2, 1, self%membrane(e))
@@ -83,31 +75,37 @@ contains
 
    contains
 
-      subroutine find_offsets()
-         if (self%symmetric) then
-            do j = 1, size(pair_row)
-               associate (a => self%equation(pair_row(j), e), b => self%equation(pair_column(j), e))
-                  hi = max(a, b)
-                  lo = min(a, b)
-               end associate
-               self%offset(j, e) = int(place_of(pattern, int(hi), int(lo)) - self%start(lo) - width, i4)
+      !> Freedoms, from the first, whose equations follow one another, and whose columns hold the same rows (from their diagonal block
+      !> on). So they do but where some components of a node meet others in cliques, or a pattern is not ours.
+      pure integer function run_of(equations)
+         integer, intent(in) :: equations(:)
+         integer(i8) :: first, last, more
+         run_of = 0
+         if (equations(1) == 0) return
+         associate (start => pattern%start, row => pattern%row, c => equations(1))
+            if (pattern%symmetric) then
+               if (start(c) == start(c + 1)) return
+               if (row(start(c)) /= c) return
+            end if
+            do
+               run_of = run_of + 1
+               if (run_of == size(equations)) return
+               if (equations(run_of + 1) /= c + run_of) return
+               first = start(c + run_of - 1)
+               last = start(c + run_of) - 1
+               if (pattern%symmetric) first = first + 1
+               more = start(c + run_of)
+               if (first > last .or. start(c + run_of + 1) - more /= last - first + 1) return
+               if (pattern%symmetric .and. row(more) /= c + run_of) return
+               if (any(row(first:last) /= row(more:more + last - first))) return
             end do
-         else
-            do j = 1, n_corners
-               lo = self%equation(j, e)
-               do k = 1, n_corners
-                  self%offset(n_corners*(j - 1) + k, e) = &
-                     int(max(-1_i8, place_of(pattern, int(self%equation(k, e)), int(lo)) - self%start(lo)), i4)
-               end do
-            end do
-         end if
-      end subroutine find_offsets
+         end associate
+      end function run_of
 
-      !> Are the offsets those in all columns of a node? Not where some of its components meet others in cliques.
+      !> Find the offsets. Are all pairs of nodes there, each in one run?
       logical function in_runs()
-         integer :: c
          integer(i8) :: p
-         in_runs = .true.
+         in_runs = .false.
          do j = 1, size(self%offset, 1)
             if (self%symmetric) then
                hi = max(self%equation(pair_row(j), e), self%equation(pair_column(j), e))
@@ -116,26 +114,14 @@ contains
                lo = self%equation((j - 1)/n_corners + 1, e)
                hi = self%equation(mod(j - 1, n_corners) + 1, e)
             end if
-            do c = 1, width
-               p = self%start(lo + c - 1) + self%offset(j, e)
-               if (self%symmetric) p = p + width - c + 1
-               in_runs = in_runs .and. p >= 1 .and. p + width - 1 <= size(pattern%row, kind=i8)
-               if (.not. in_runs) return
-               in_runs = pattern%row(p) == hi .and. pattern%row(p + width - 1) == hi + width - 1
-               if (.not. in_runs) return
-            end do
+            p = place_of(pattern, int(hi), int(lo))
+            if (p == 0) return
+            if (p + width > self%start(lo + 1)) return
+            if (pattern%row(p + width - 1) /= hi + width - 1) return
+            self%offset(j, e) = int(p - self%start(lo), i4)
+            if (self%symmetric) self%offset(j, e) = self%offset(j, e) - int(width, i4)
          end do
-         if (.not. self%symmetric) return
-         do j = 1, n_corners ! diagonal blocks, which another pattern than ours may have interrupted
-            do c = 1, width
-               lo = self%equation(j, e) + c - 1
-               p = self%start(lo)
-               in_runs = in_runs .and. p + width - c <= size(pattern%row, kind=i8)
-               if (.not. in_runs) return
-               in_runs = pattern%row(p) == lo .and. pattern%row(p + width - c) == self%equation(j, e) + width - 1
-               if (.not. in_runs) return
-            end do
-         end do
+         in_runs = .true.
       end function in_runs
 
       !> Write down the entries of the listed elements of one kind.
@@ -181,9 +167,9 @@ contains
          call add_entries(self%symmetric, n_shell, self%shells%base(:, self%listed(e)), self%shells%place(:, self%listed(e)), k, &
                           values)
       else if (self%symmetric) then
-         call add_lower_runs(n_nodal, self%start, self%equation(:, e), self%offset(:, e), k, values)
+         call add_lower_runs(self%start, self%equation(:, e), self%offset(:, e), k, values)
       else
-         call add_full_runs(n_nodal, self%start, self%equation(:, e), self%offset(:, e), k, values)
+         call add_full_runs(self%start, self%equation(:, e), self%offset(:, e), k, values)
       end if
    end subroutine add_element_matrix
 
@@ -196,9 +182,9 @@ contains
          call add_entries(self%symmetric, n_membrane, self%membranes%base(:, self%listed(e)), &
                           self%membranes%place(:, self%listed(e)), k, values)
       else if (self%symmetric) then
-         call add_lower_runs(uz, self%start, self%equation(:, e), self%offset(:, e), k, values)
+         call add_short_lower_runs(self%start, self%equation(:, e), self%offset(:, e), k, values)
       else
-         call add_full_runs(uz, self%start, self%equation(:, e), self%offset(:, e), k, values)
+         call add_short_full_runs(self%start, self%equation(:, e), self%offset(:, e), k, values)
       end if
    end subroutine add_of_membrane
 
@@ -223,65 +209,112 @@ contains
       end do
    end subroutine add_entries
 
-   pure subroutine add_lower_runs(w, start, equation, offset, k, values)
-      integer, intent(in) :: w !< freedoms of a node
+   ! Runs of six and of three, in procedures of their own: loops of a length that the compiler knows become a few instructions, others
+   ! dozens.
+
+   pure subroutine add_lower_runs(start, equation, offset, k, values)
       integer(i8), intent(in), contiguous :: start(:)
       integer(i4), intent(in) :: equation(n_corners), offset(size(pair_row))
-      real(wp), intent(in) :: k(n_corners*w, n_corners*w)
+      real(wp), intent(in) :: k(n_nodal, n_corners, n_nodal, n_corners)
       real(wp), intent(inout) :: values(*)
       integer :: j, c, hi, i, lo, node
       integer(i8) :: p
       do node = 1, n_corners
-         do c = 1, w
+         do c = 1, n_nodal
             p = start(equation(node) + c - 1) - c
-            do i = c, w
-               values(p + i) = values(p + i) + k(w*(node - 1) + i, w*(node - 1) + c)
+            do i = c, n_nodal
+               values(p + i) = values(p + i) + k(i, node, c, node)
             end do
          end do
       end do
       do j = 1, size(pair_row)
-         hi = pair_row(j)
-         lo = pair_column(j)
-         if (equation(hi) < equation(lo)) then
-            hi = pair_column(j)
-            lo = pair_row(j)
-         end if
-         do c = 1, w
-            p = start(equation(lo) + c - 1) + w - c + offset(j) + 1
-            call add_run(w, k(w*(hi - 1) + 1, w*(lo - 1) + c), values(p))
+         call order_pair(equation, j, hi, lo)
+         do c = 1, n_nodal
+            p = start(equation(lo) + c - 1) + n_nodal - c + offset(j) + 1
+            call add_run(k(:, hi, c, lo), values(p))
          end do
       end do
    end subroutine add_lower_runs
 
-   pure subroutine add_full_runs(w, start, equation, offset, k, values)
-      integer, intent(in) :: w !< freedoms of a node
+   pure subroutine add_short_lower_runs(start, equation, offset, k, values)
       integer(i8), intent(in), contiguous :: start(:)
-      integer(i4), intent(in) :: equation(n_corners), offset(n_corners**2)
-      real(wp), intent(in) :: k(n_corners*w, n_corners*w)
+      integer(i4), intent(in) :: equation(n_corners), offset(size(pair_row))
+      real(wp), intent(in) :: k(uz, n_corners, uz, n_corners)
+      real(wp), intent(inout) :: values(*)
+      integer :: j, c, hi, i, lo, node
+      integer(i8) :: p
+      do node = 1, n_corners
+         do c = 1, uz
+            p = start(equation(node) + c - 1) - c
+            do i = c, uz
+               values(p + i) = values(p + i) + k(i, node, c, node)
+            end do
+         end do
+      end do
+      do j = 1, size(pair_row)
+         call order_pair(equation, j, hi, lo)
+         do c = 1, uz
+            p = start(equation(lo) + c - 1) + uz - c + offset(j) + 1
+            call add_short_run(k(:, hi, c, lo), values(p))
+         end do
+      end do
+   end subroutine add_short_lower_runs
+
+   !> The nodes of a pair by their equations.
+   pure subroutine order_pair(equation, j, hi, lo)
+      integer(i4), intent(in) :: equation(n_corners)
+      integer, intent(in) :: j
+      integer, intent(out) :: hi, lo
+      hi = pair_row(j)
+      lo = pair_column(j)
+      if (equation(hi) > equation(lo)) return
+      hi = pair_column(j)
+      lo = pair_row(j)
+   end subroutine order_pair
+
+   pure subroutine add_full_runs(start, equation, offset, k, values)
+      integer(i8), intent(in), contiguous :: start(:)
+      integer(i4), intent(in) :: equation(n_corners), offset(n_corners, n_corners)
+      real(wp), intent(in) :: k(n_nodal, n_corners, n_nodal, n_corners)
       real(wp), intent(inout) :: values(*)
       integer :: c, column
       integer(i8) :: p
       do column = 1, n_corners
-         associate (at => offset(n_corners*(column - 1) + 1:n_corners*column))
-            do c = 1, w
-               p = start(equation(column) + c - 1)
-               call add_run(w, k(1, w*(column - 1) + c), values(p + at(1)))
-               call add_run(w, k(w + 1, w*(column - 1) + c), values(p + at(2)))
-               call add_run(w, k(2*w + 1, w*(column - 1) + c), values(p + at(3)))
-            end do
-         end associate
+         do c = 1, n_nodal
+            p = start(equation(column) + c - 1)
+            call add_run(k(:, 1, c, column), values(p + offset(1, column)))
+            call add_run(k(:, 2, c, column), values(p + offset(2, column)))
+            call add_run(k(:, 3, c, column), values(p + offset(3, column)))
+         end do
       end do
    end subroutine add_full_runs
 
-   !> One run. Loops of a length that the compiler knows become a few instructions, others dozens.
-   pure subroutine add_run(w, k, values)
-      integer, intent(in) :: w
-      real(wp), intent(in) :: k(*)
+   pure subroutine add_short_full_runs(start, equation, offset, k, values)
+      integer(i8), intent(in), contiguous :: start(:)
+      integer(i4), intent(in) :: equation(n_corners), offset(n_corners, n_corners)
+      real(wp), intent(in) :: k(uz, n_corners, uz, n_corners)
       real(wp), intent(inout) :: values(*)
-      if (w == n_nodal) then
-         values(:n_nodal) = values(:n_nodal) + k(:n_nodal)
-      else
-         values(:uz) = values(:uz) + k(:uz)
-      end if
+      integer :: c, column
+      integer(i8) :: p
+      do column = 1, n_corners
+         do c = 1, uz
+            p = start(equation(column) + c - 1)
+            call add_short_run(k(:, 1, c, column), values(p + offset(1, column)))
+            call add_short_run(k(:, 2, c, column), values(p + offset(2, column)))
+            call add_short_run(k(:, 3, c, column), values(p + offset(3, column)))
+         end do
+      end do
+   end subroutine add_short_full_runs
+
+   pure subroutine add_run(k, values)
+      real(wp), intent(in) :: k(n_nodal)
+      real(wp), intent(inout) :: values(n_nodal)
+      values = values + k
    end subroutine add_run
+
+   pure subroutine add_short_run(k, values)
+      real(wp), intent(in) :: k(uz)
+      real(wp), intent(inout) :: values(uz)
+      values = values + k
+   end subroutine add_short_run
 end module finshell_scatter
