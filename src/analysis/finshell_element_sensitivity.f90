@@ -180,9 +180,12 @@ contains
       type(pieces_t), intent(in) :: pieces
       integer, intent(in) :: element
       real(wp), intent(in) :: force(:) !< (freedoms)
-      integer :: m
+      integer :: j, m
       m = size(force)/n_corners
-      work = sum(reshape(force, [m, n_corners])*pieces%dual(:m, n_corners*(element - 1) + 1:n_corners*element))
+      work = 0
+      do j = 1, n_corners
+         work = work + dot_product(force(m*(j - 1) + 1:m*j), pieces%dual(:m, n_corners*(element - 1) + j))
+      end do
    end function against
 
    !> Work of the loads on each element at the present factors: those that depend on places, but for what acts at nodes and edges.
