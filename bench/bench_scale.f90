@@ -5,7 +5,8 @@
 !> A line for each part: its name, seconds (wall), seconds (CPU), and the largest memory of the process so far (bytes). The parts:
 !> set-up (input, mesh, equations, pattern), assembly of force and tangent, ordering, factorisation, solution of one right side,
 !> output (result files are begun, with the mesh and the unloaded state), increment (one is written). `assembly`: nothing after
-!> that; `output`: without what lies between set-up and output. Then a line `size` with elements, unknowns, entries of the matrix, bytes of the factors.
+!> that; `output`: without what lies between set-up and output.
+!> Then a line `size` with elements, unknowns, entries of the matrix, bytes of the factors.
 program bench_scale
    use, intrinsic :: iso_fortran_env, only: error_unit, int64
    use finshell_assembly, only: paying_threads

@@ -132,8 +132,10 @@ contains
       call self%half%take(pattern)
       self%half%solver%options = self%solver%options
       self%diagonal = pattern%diagonal_places()
-      call self%solver%adopt(pattern, error)
+      ! the pattern is given away: a copy would be half as large as the matrix
+      call self%solver%analyse(sparsity_t(team=pattern%team), error)
       if (allocated(error)) return
+      call pattern%hand_over(self%solver%pattern)
       call self%begin_unloaded(self%stage)
       if (self%soft) self%solver%singular_tolerance = soft_tolerance
       if (allocated(self%residual)) &

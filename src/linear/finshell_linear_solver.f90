@@ -56,7 +56,7 @@ module finshell_linear_solver
       integer :: analyses = 0 !< orderings: one for all that has this pattern
       integer :: factorisations = 0 !< numeric ones tried, including failed ones
       type(solver_options_t) :: options !< to be set before `analyse`
-      type(sparsity_t) :: pattern !< is read by others, never changed
+      type(sparsity_t) :: pattern !< is read by others; who gives one away puts it here, behind `analyse`
       real(dp), allocatable, private :: values(:), scale(:)
       integer, allocatable, private :: order(:)
       class(direct_solver_t), allocatable, private :: first, second !< the second, if there is one, for indefinite matrices
@@ -64,7 +64,6 @@ module finshell_linear_solver
       logical :: expect_definite = .true., ready = .false. !< the next matrix is positive definite, as the last; there are factors
    contains
       procedure :: analyse
-      procedure :: adopt
       procedure :: factorise
       generic :: solve => solve_one, solve_many
       procedure :: magnitude
@@ -90,27 +89,16 @@ contains
       type(error_t), allocatable, intent(out) :: error
       !> its order of the equations serves, if it has one for the same number
       type(linear_solver_t), intent(in), optional :: order_of
-      type(sparsity_t) :: own
-      own = pattern
-      call self%adopt(own, error, order_of)
-   end subroutine analyse
-
-   !> The same with a pattern that is given away.
-   subroutine adopt(self, pattern, error, order_of)
-      class(linear_solver_t), intent(inout) :: self
-      type(sparsity_t), intent(inout) :: pattern !< empty then
-      type(error_t), allocatable, intent(out) :: error
-      type(linear_solver_t), intent(in), optional :: order_of
       character(len=:), allocatable :: reason
       call self%free()
-      call pattern%hand_over(self%pattern)
+      self%pattern = pattern
       if (present(order_of)) then
-         if (allocated(order_of%order) .and. order_of%pattern%n == self%pattern%n) self%order = order_of%order
+         if (allocated(order_of%order) .and. order_of%pattern%n == pattern%n) self%order = order_of%order
       end if
       self%expect_definite = .true.
       reason = lack_of_solver(self%options, shared(self%pattern%team))
       if (reason /= '') call raise(error, status_invalid_argument, reason)
-   end subroutine adopt
+   end subroutine analyse
 
    !> Order the equations and find the pattern of the factors, unless done. Errors: status_out_of_memory, status_invalid_argument.
    subroutine prepare(self, error)

@@ -11,8 +11,8 @@ module finshell_sparsity
    private
    public :: sparsity_t, new_sparsity
 
-   !> A pattern as solvers take it. The diagonal is always part of it. Each member of a team has the pattern of its own elements, and
-   !> the matrix is the sum of all. Of the pattern itself `start` is for the places of elements (finshell_scatter): only those that
+   !> A pattern as solvers take it. The diagonal is always part of it. Each member of a team has the pattern of its own elements,
+   !> and the matrix is the sum of all. `start` of the pattern is for the places of elements (finshell_scatter): only those that
    !> `new_sparsity` made have it.
    type, extends(pattern_t) :: sparsity_t
       integer(i4), allocatable :: column_pointer(:) !< (n + 1): column j is at column_pointer(j) .. column_pointer(j+1) - 1

@@ -44,7 +44,7 @@ contains
       integer, intent(in) :: eq(:, :) !< (n_nodal, nodes) equations, 0 = constrained
       logical, intent(in), optional :: membranes(:) !< (elements) those that have displacements only
       integer, intent(out), optional :: missing !< an element that the pattern has no room for, 0: none
-      integer, allocatable :: run(:) ! (nodes) freedoms, from the first, whose equations follow one another in columns that are alike
+      integer, allocatable :: run(:) ! (nodes) freedoms, from the first, that `run_of` finds
       integer :: e, j, k, lacking, n(2), width
       integer(i8) :: hi, lo
 
@@ -75,8 +75,8 @@ contains
 
    contains
 
-      !> Freedoms, from the first, whose equations follow one another, and whose columns hold the same rows (from their diagonal block
-      !> on). So they do but where some components of a node meet others in cliques, or a pattern is not ours.
+      !> Freedoms, from the first, whose equations follow one another, and whose columns hold the same rows (from their diagonal
+      !> block on). So they do but where some components of a node meet others in cliques, or a pattern is not ours.
       pure integer function run_of(equations)
          integer, intent(in) :: equations(:)
          integer(i8) :: first, last, more
@@ -209,8 +209,8 @@ contains
       end do
    end subroutine add_entries
 
-   ! Runs of six and of three, in procedures of their own: loops of a length that the compiler knows become a few instructions, others
-   ! dozens.
+   ! Runs of six and of three, in procedures of their own: loops of a length that the compiler knows become a few instructions,
+   ! others dozens.
 
    pure subroutine add_lower_runs(start, equation, offset, k, values)
       integer(i8), intent(in), contiguous :: start(:)
