@@ -22,6 +22,7 @@ import structures
 FINSHELL = os.environ["FINSHELL_BIN"]
 PROGRAMS = Path(os.environ["FINSHELL_BINARY_DIR"]) / "test" / "bin"
 DATA = Path(os.environ["FINSHELL_SOURCE_DIR"]) / "test" / "data"
+PATIENCE = 300  # seconds of the clock: what takes longer on a busy machine hangs
 SENTENCE = {-2: "no area, or a size beyond 1e-60 to 1e60", 1: "the element has collapsed", 2: "the material law cannot be evaluated at this strain",
             3: "a nodal rotation relative to its element nears pi"}
 
@@ -45,7 +46,7 @@ def run(case, seconds):
     return done.returncode, " ".join(sentence), values, *(map(int, counts.groups()) if counts else (0, 0))
 
 
-def judge(case, seconds=60):
+def judge(case, seconds=PATIENCE):
     """Error (None where the run ended early), a line for the page, and what is wrong."""
     code, sentence, values, increments, iterations = run(case, seconds)
     wrong = ""
@@ -130,15 +131,15 @@ def main():
     if code or sum(map(len, axes.values())) < 200:
         failures.append(f"elements: precision_reference ends with {code}, {sum(map(len, axes.values()))} values")
 
-    _, _, base, _, _ = run(structures.Case("", 0, structures.cantilever(), {}), 60)
-    _, _, linear, _, _ = run(structures.Case("", 0, structures.cantilever(step="control = 'linear'", force=1.0), {}), 60)
+    _, _, base, _, _ = run(structures.Case("", 0, structures.cantilever(), {}), PATIENCE)
+    _, _, linear, _, _ = run(structures.Case("", 0, structures.cantilever(step="control = 'linear'", force=1.0), {}), PATIENCE)
     structures.BASE.update({k: base[k] for k in "uw"})
     slope = linear["w"]
     rows = list(csv.DictReader((DATA / "elastica_cantilever_end_shear.csv").read_text().splitlines()))
     elastica = next((float(r["P"]), float(r["U_inext"]), float(r["W_inext"])) for r in rows if float(r["P"]) == 4.0)
     cases = [c for c in structures.all_cases(elastica, 0.653, slope) if options.all or not c.long]
     with ThreadPoolExecutor(os.cpu_count() if options.all else 1) as pool:
-        results = list(pool.map(lambda c: judge(c, 3600 if c.long else 60), cases))
+        results = list(pool.map(lambda c: judge(c, 3600 if c.long else PATIENCE), cases))
     tables = {}
     for case, (error, line, wrong) in zip(cases, results):
         tables.setdefault(case.axis, []).append((case, error, line))
