@@ -3,6 +3,7 @@
 module finshell_dynamic
    use finshell_control, only: constraint_t
    use finshell_course, only: carry_course, course_t, numbers_of
+   use finshell_course_report, only: fill_record, where_text
    use finshell_dynamic_start, only: begin_dynamic, first_size
    use finshell_equations, only: free_part, unknowns_of
    use finshell_equilibrium, only: equilibrium_t
@@ -23,7 +24,7 @@ module finshell_dynamic
    use finshell_state, only: motion_between, state_t
    use finshell_structure, only: turning_nodes
    use finshell_status, only: status_not_converged
-   use finshell_step, only: control_dynamic, scheme_conserving, step_t
+   use finshell_step, only: scheme_conserving, step_t
    use finshell_support_motion, only: stops_of, support_rates
    implicit none
    private
@@ -161,8 +162,8 @@ contains
 
       do while (self%time < self%duration)
          if (self%increments >= step%maximum_increments) then
-            call raise(error, status_not_converged, where()//'the step is not finished after '//text_of(self%increments) &
-                       //' increments, the most that are allowed')
+            call raise(error, status_not_converged, where_text(self, step)//'the step is not finished after ' &
+                       //text_of(self%increments)//' increments, the most that are allowed')
             return
          end if
          record = record_t()
@@ -184,7 +185,8 @@ contains
                   path%iterations = path%iterations + record%iterations
                   path%cuts = path%cuts + record%cuts
                   call problem%restore()
-                  call raise(error, result%code, where()//'an increment of '//text_of(real(h, dp))//' fails: '//result%reason)
+                  call raise(error, result%code, where_text(self, step)//'an increment of '//text_of(real(h, dp))//' fails: ' &
+                             //result%reason)
                   return
                end if
             end if
@@ -195,22 +197,13 @@ contains
          self%time = end_time
          call settle(self, problem, h, path%account)
          self%motion%landing = step%time%is_output(self%time)
-         call fill_record(self, problem, h, result, path, record)
+         call fill_record(self, problem, step, h, result, path, record)
          self%reaction = problem%base_entry%reaction
          path%course = numbers_of(self)
          path%underway = .true.
          call observer%increment(problem%state, record, error)
          if (allocated(error)) return
       end do
-
-   contains
-
-      function where() result(text)
-         character(len=:), allocatable :: text
-         text = 'step'
-         if (allocated(step%name)) text = "step '"//step%name//"'"
-         text = text//' at time '//text_of(real(self%time, dp))//': '
-      end function where
    end subroutine follow
 
    !> Predict the state at the end of an increment and iterate.
@@ -344,31 +337,4 @@ contains
       self%damping = problem%inertia%damping
       self%load = load_of(problem)
    end subroutine keep_forces
-
-   subroutine fill_record(self, problem, h, result, path, record)
-      type(course_t), intent(in) :: self
-      class(equilibrium_t), intent(in) :: problem
-      real(wp), intent(in) :: h
-      type(newton_result_t), intent(in) :: result
-      type(path_t), intent(inout) :: path
-      type(record_t), intent(inout) :: record !< with iterations and cuts
-      path%increments = path%increments + 1
-      path%iterations = path%iterations + record%iterations
-      path%cuts = path%cuts + record%cuts
-      call cpu_time(record%cpu_time)
-      record%increment = problem%state%increment
-      record%control = control_dynamic
-      record%load_factor = problem%state%load_factor
-      record%size = h
-      record%residual = result%residual
-      record%correction = result%correction
-      record%rounding = result%rounding
-      record%motion = self%motion
-      record%account = path%account
-      record%cpu_time = record%cpu_time - path%started
-      record%total_increments = path%increments
-      record%total_iterations = path%iterations
-      record%total_cuts = path%cuts
-      path%last = record
-   end subroutine fill_record
 end module finshell_dynamic

@@ -7,6 +7,7 @@ module finshell_timed_step
    use finshell_balance, only: balance_t
    use finshell_control, only: constraint_t
    use finshell_course, only: carry_course, course_t, numbers_of
+   use finshell_course_report, only: fill_record, where_text
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error, only: error_t, raise, text_of
    use finshell_factor, only: by_load_factor, set_factor, set_time
@@ -233,6 +234,8 @@ contains
             self%pace%size = min(self%pace%size, first_size(step))
          end if
          self%motion%landing = step%time%is_output(self%time)
+         record%negative_pivots = problem%negative_pivots
+         record%monitored = problem%monitored_or_zero()
          call fill_record(self, problem, step, h, result, path, record)
          path%course = numbers_of(self)
          path%underway = .true.
@@ -241,15 +244,6 @@ contains
          if (allocated(error)) return
       end do
    end subroutine follow
-
-   pure function where_text(self, step) result(text)
-      type(course_t), intent(in) :: self
-      type(step_t), intent(in) :: step
-      character(len=:), allocatable :: text
-      text = 'step'
-      if (allocated(step%name)) text = "step '"//step%name//"'"
-      text = text//' at time '//text_of(real(self%time, dp))//': '
-   end function where_text
 
    !> Go on as the increment before did, and iterate.
    subroutine attempt(self, problem, step, h, end_time, result)
@@ -339,34 +333,4 @@ contains
       self%seen = problem%state%increment
       call problem%accept()
    end subroutine settle
-
-   subroutine fill_record(self, problem, step, h, result, path, record)
-      type(course_t), intent(in) :: self
-      class(equilibrium_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      real(wp), intent(in) :: h
-      type(newton_result_t), intent(in) :: result
-      type(path_t), intent(inout) :: path
-      type(record_t), intent(inout) :: record !< with iterations and cuts
-      path%increments = path%increments + 1
-      path%iterations = path%iterations + record%iterations
-      path%cuts = path%cuts + record%cuts
-      call cpu_time(record%cpu_time)
-      record%increment = problem%state%increment
-      record%control = step%control
-      record%negative_pivots = problem%negative_pivots
-      record%load_factor = problem%state%load_factor
-      record%monitored = problem%monitored_or_zero()
-      record%size = h
-      record%residual = result%residual
-      record%correction = result%correction
-      record%rounding = result%rounding
-      record%motion = self%motion
-      record%account = path%account
-      record%cpu_time = record%cpu_time - path%started
-      record%total_increments = path%increments
-      record%total_iterations = path%iterations
-      record%total_cuts = path%cuts
-      path%last = record
-   end subroutine fill_record
 end module finshell_timed_step
