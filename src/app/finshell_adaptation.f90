@@ -1,33 +1,28 @@
 !> A job on meshes that are refined where it pays, until the answer is as good as wanted (&accuracy).
 !>
 !> The job has run on the given mesh. Then, mesh by mesh: its error is estimated, the elements that are worth it (finshell_marking)
-!> are cut (finshell_bisection), the state is carried over (finshell_state_transfer) and brought to equilibrium at what the last
-!> step ends with (finshell_resettle). Where that fails, and in jobs of linear steps, all steps run again on the new mesh.
+!> are cut (finshell_bisection), the state is carried over and brought to equilibrium at what the last step ends with
+!> (finshell_carrying). Where that fails, and in jobs of linear steps, all steps run again on the new mesh. With `coarser` the given
+!> mesh is a coarser one: so many times all elements are cut first, without an estimate.
 module finshell_adaptation
    use, intrinsic :: iso_fortran_env, only: output_unit
-   use finshell_bisection, only: bisect, bisection_t
+   use finshell_bisection, only: bisection_t
+   use finshell_carrying, only: carry_on, end_of, find_stress, is_linear, settle
    use finshell_equilibrium, only: equilibrium_t, new_equilibrium
    use finshell_error, only: error_t, raise, text_of
    use finshell_error_indicator, only: estimate_error, estimate_goal_error, goal_t, indicator_t, monitor_gradient
-   use finshell_input, only: input_t, read_input
-   use finshell_input_normals, only: crease_edges_of
+   use finshell_input, only: input_t
    use finshell_job, only: follow_steps
    use finshell_kinds, only: dp, wp
    use finshell_marking, only: shares_of_parts, worth_cutting
    use finshell_mesh, only: find_node_set
-   use finshell_observer, only: record_t
    use finshell_options, only: options_t
    use finshell_path, only: path_t
    use finshell_reporter, only: reporter_t
-   use finshell_resettle, only: resettle
    use finshell_solver_choice, only: choose_solver
    use finshell_speaker, only: speaker_t
    use finshell_stations, only: station_t
-   use finshell_state_transfer, only: carry_over, hold_supports
    use finshell_status, only: status_io_error
-   use finshell_stress_transfer, only: in_order_of, inherit_resultants, resultants_of
-   use finshell_step, only: control_linear, prescribes_monitored, step_t
-   use finshell_structure, only: turning_nodes
    implicit none
    private
    public :: adapt
@@ -170,12 +165,6 @@ contains
       if (input%accuracy%monitor > 0) value_of = reporter%final(input%accuracy%monitor)
    end function value_of
 
-   !> Are all steps linear?
-   pure logical function is_linear(input)
-      type(input_t), intent(in) :: input
-      is_linear = all(input%steps%control == control_linear)
-   end function is_linear
-
    !> Why this mesh is the last: '' if it is not.
    function reason_to_end(input, result) result(reason)
       type(input_t), intent(in) :: input
@@ -216,63 +205,6 @@ contains
       character(len=:), allocatable :: text
       text = 'Accuracy: the estimate '//text_of(result%estimate)//' MISSES the target '//text_of(input%accuracy%target)//': '
    end function missed
-
-   !> Cut the marked elements, or all in four.
-   subroutine cut(bisection, input, marked)
-      type(bisection_t), intent(inout) :: bisection
-      type(input_t), intent(in) :: input
-      logical, intent(in), optional :: marked(:)
-      associate (structure => input%structure, normals => input%normals)
-         ! normals of a file were read after the mesh
-         if (allocated(structure%mesh%normal)) bisection%mesh%normal = structure%mesh%normal
-         if (normals%kind == 'facet') then
-            call bisect(bisection, marked)
-         else
-            call bisect(bisection, marked, normals%crease_angle, structure%normal, crease_edges_of(normals, structure%mesh))
-         end if
-      end associate
-   end subroutine cut
-
-   !> The state of a mesh at the end of its steps.
-   function end_of(input, problem) result(station)
-      type(input_t), intent(in) :: input
-      type(equilibrium_t), intent(in) :: problem
-      type(station_t) :: station
-      station%state = problem%state
-      station%stable = problem%negative_pivots == 0
-      if (prescribes_monitored(input%steps(size(input%steps))%control)) station%value = problem%monitored(problem%state)
-   end function end_of
-
-   subroutine find_stress(problem, input, carried)
-      type(equilibrium_t), intent(in) :: problem
-      type(input_t), intent(in) :: input
-      type(station_t), intent(inout) :: carried(:)
-      integer :: i
-      do i = 1, size(carried)
-         carried(i)%stress = resultants_of(problem%assembly, input%structure, carried(i)%state)
-      end do
-   end subroutine find_stress
-
-   !> Cut elements and carry states over.
-   subroutine carry_on(options, bisection, before, carried, next, error, marked)
-      type(options_t), intent(in) :: options
-      type(bisection_t), intent(inout) :: bisection
-      type(input_t), intent(in) :: before
-      type(station_t), intent(inout) :: carried(:)
-      type(input_t), intent(out) :: next
-      type(error_t), allocatable, intent(out) :: error
-      logical, intent(in), optional :: marked(:) !< absent: all
-      integer :: i
-      call cut(bisection, before, marked)
-      call read_input(options%input, next, error, options%refine, bisection, options%settings)
-      if (allocated(error) .or. is_linear(before)) return
-      associate (old => before%structure)
-         do i = 1, size(carried)
-            carried(i)%state = carry_over(carried(i)%state, old%mesh, turning_nodes(old), bisection%ends, next%structure%mesh)
-            carried(i)%stress = inherit_resultants(carried(i)%stress, old%mesh, bisection%parent, next%structure%mesh)
-         end do
-      end associate
-   end subroutine carry_on
 
    !> The next mesh and the state carried over to it. Where the estimate promises that one cut of an element is not enough its
    !> parts are cut at once, as long as the mesh does not grow too much for the estimate to be believed.
@@ -350,28 +282,6 @@ contains
       path%iterations = path%iterations + anew%iterations
       path%cuts = path%cuts + anew%cuts
    end subroutine next_mesh
-
-   !> Bring a carried-over state to equilibrium; it comes to be that.
-   subroutine settle(step, station, problem, path, reporter, speaker, failure, error)
-      type(step_t), intent(in) :: step
-      type(station_t), intent(inout) :: station
-      type(equilibrium_t), intent(inout) :: problem
-      type(path_t), intent(inout) :: path
-      type(reporter_t), intent(in) :: reporter
-      type(speaker_t), intent(inout) :: speaker
-      type(error_t), allocatable, intent(out) :: failure !< no equilibrium was found
-      type(error_t), allocatable, intent(out) :: error
-      type(record_t) :: record
-      call hold_supports(problem%equations, station%state)
-      call resettle(problem, step, station%state, station%value, record, failure, &
-                    predicted=in_order_of(problem%assembly, station%stress), stable=station%stable, &
-                    rescue=reporter%descents + reporter%relaxations > 0) ! else the path is the shorter way
-      path%iterations = path%iterations + record%iterations
-      if (allocated(failure)) return
-      station%state = problem%state
-      station%stable = record%negative_pivots == 0
-      call speaker%increment(problem%state, record, error)
-   end subroutine settle
 
    !> The table NAME.meshes.csv.
    subroutine open_table(name, input, unit, error)

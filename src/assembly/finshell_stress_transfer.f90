@@ -45,20 +45,18 @@ contains
       type(mesh_t), intent(in) :: mesh, fine
       integer, intent(in) :: parent(:) !< (elements of fine) in mesh
       real(wp), allocatable :: inherited(:, :)
-      real(wp) :: mean(3), turned(3), turn(2, 2), axes(3, 2)
-      integer :: e, g, part
+      real(wp) :: of_points(3, 2, 3), turn(2, 2), axes(3, 2) ! components; forces, moments; points
+      real(wp) :: mean(3, 2)
+      integer :: e, k
       allocate (inherited(size(stress, 1), size(parent)))
       do e = 1, size(parent)
          axes = axes_of(fine, e)
          turn = matmul(transpose(axes), axes_of(mesh, parent(e)))
-         do part = 0, 3, 3 ! forces, moments
-            mean = (stress(part + 1:part + 3, parent(e)) + stress(part + 7:part + 9, parent(e)) &
-                    + stress(part + 13:part + 15, parent(e)))/3
-            turned = turned_tensor(mean, turn)
-            do g = 0, 12, 6
-               inherited(g + part + 1:g + part + 3, e) = turned
-            end do
+         mean = sum(reshape(stress(:, parent(e)), shape(of_points)), dim=3)/size(of_points, 3)
+         do k = 1, size(mean, 2)
+            of_points(:, k, :) = spread(turned_tensor(mean(:, k), turn), 2, size(of_points, 3))
          end do
+         inherited(:, e) = reshape(of_points, [size(stress, 1)])
       end do
    end function inherit_resultants
 

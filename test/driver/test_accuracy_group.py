@@ -265,7 +265,7 @@ class Accuracy(unittest.TestCase):
                                (ROOF + "&step /\n&accuracy /\n", "either all steps are linear or none"),
                                (ROOF + "&step control = 'buckling' /\n&accuracy /\n", "modes have no estimate"),
                                (ROOF + "&step control = 'dynamic' duration = 1 /\n&accuracy /\n", "a motion cannot go on"),
-                               (ROOF + "&accuracy coarser = 1 /\n", f"model.nml:{last}: &accuracy coarser: linear steps follow no path"),
+                               (ROOF + "&accuracy coarser = 1 /\n", f"model.nml:{last}: &accuracy coarser: linear steps follow no path: nothing would be saved"),
                                (ROOF + "&accuracy coarser = 9 /\n", f"model.nml:{last}: &accuracy coarser"),
                                (PLATE.replace("32, 16", "6, 4") + "&accuracy coarser = 2 /\n", "multiples of 4, found 6 (coarser = 2 in &accuracy)"),
                                (PLATE + "&node_set name = 'one' nodes = 1 /\n&accuracy coarser = 1 /\n", "cannot become coarser (coarser = 1 in &accuracy)"),
