@@ -46,7 +46,7 @@ contains
       type(newton_result_t), intent(out) :: result
       !> Give up where a structure too soft for its load turns unstable on the way from rest: there is another start.
       logical, intent(in), optional :: stable
-      real(wp), intent(in), optional :: predicted(:, :) !< stresses for the first tangent, better than the state's own (`evaluate`)
+      real(wp), intent(in), optional :: predicted(:, :) !< stresses for the first tangent of a mixed iteration (`evaluate`)
       real(wp), intent(in), optional :: whole(2) !< norms of an increment that this is part of (`correction_ratio`)
       type(error_t), allocatable :: error
       real(wp), allocatable :: x(:), increment(:), stress(:, :)
@@ -61,17 +61,13 @@ contains
       if (problem%limp .and. .not. any(abs(problem%base%displacement) > 0)) result%stand_in = 1
       choose = settings%mixed == mixed_auto
       mixed = settings%mixed == mixed_always
-      if (present(predicted) .and. (mixed .or. choose)) then
-         stress = predicted
-      else if (mixed) then
-         call keep_stress(problem, constraint%scaling, stress)
-      end if
+      if (mixed) call better_stress()
       call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
       if (choose .and. .not. allocated(error)) then
          mixed = is_wild(misfit())
          call problem%increment(increment)
-         if (mixed .and. any(abs(increment) > 0) .and. .not. present(predicted)) then
-            call keep_stress(problem, constraint%scaling, stress)
+         if (mixed .and. (present(predicted) .or. any(abs(increment) > 0))) then
+            call better_stress()
             call problem%evaluate(.true., error, result%stand_in, stress, constraint%scaling)
          end if
       end if
@@ -179,6 +175,15 @@ contains
       end do
 
    contains
+
+      !> Stresses for the first tangent of a mixed iteration.
+      subroutine better_stress()
+         if (present(predicted)) then
+            stress = predicted
+         else
+            call keep_stress(problem, constraint%scaling, stress)
+         end if
+      end subroutine better_stress
 
       function misfit(least) result(ratio)
          real(wp), intent(in), optional :: least(2)

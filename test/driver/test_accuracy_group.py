@@ -170,6 +170,13 @@ class Accuracy(unittest.TestCase):
         self.assertGreater(float(meshes[1]["estimate"]), 0.02)
         self.assertLessEqual(float(meshes[-1]["estimate"]), 0.02)
 
+    def test_rubber_stretched_far(self):
+        """The rubber disk to 70 psi from 24 elements on: the carried-over state leads on, on every mesh."""
+        text = (ROOT / "examples/rubber_disk/rubber_disk.nml").read_text().replace("rings = 19", "rings = 4").replace("core = 6", "core = 2")
+        out = self.run_text(text + "&accuracy target = 0.001 monitor = 'w' /\n").stdout
+        self.assertIn("meets the target", out)
+        self.assertNotIn("run anew", out)
+
     def test_stable_again(self):
         """An air bag whose carried state leads to an unstable one: a descent finds a stable one near by."""
         out = self.run_text((ROOT / "examples/airbag/input.nml").read_text().replace("20, 20", "40, 40") + "&accuracy coarser = 1 /\n").stdout
