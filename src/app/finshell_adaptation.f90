@@ -76,12 +76,11 @@ contains
          result%mesh = reporter%mesh
          result%elements = size(input%structure%mesh%triangles, 2)
          result%unknowns = problem%n
+         result%value = value_of(input, reporter)
          result%judged = input%accuracy%judged .and. .not. whole
          if (result%judged) then
             call judge(input, problem, reporter, weights, tolerance, result, error)
             if (allocated(error)) exit
-         else
-            result%value = value_of(input, reporter)
          end if
          call cpu_time(now)
          result%seconds = now
@@ -139,7 +138,6 @@ contains
          weights = indicator%eta**2
          tolerance = input%accuracy%target**2*(indicator%energy + indicator%total**2)
          result%estimate = indicator%relative
-         result%value = value_of(input, reporter)
          return
       end if
       associate (monitor => input%monitors(input%accuracy%monitor), mesh => input%structure%mesh)
@@ -152,7 +150,6 @@ contains
          if (allocated(error)) return
          weights = goal%eta
          tolerance = input%accuracy%target*abs(reporter%final(input%accuracy%monitor)/monitor%factor)
-         result%value = value_of(input, reporter)
          result%estimate = abs(monitor%factor)*goal%bound/max(abs(result%value), tiny(result%value))
       end associate
    end subroutine judge

@@ -163,22 +163,8 @@ contains
          call watch_rung(input)
          if (allocated(input%accuracy)) deallocate (input%accuracy) ! a study refines as a whole
       end if
-      if (allocated(input%accuracy) .and. associated(options%team)) then
-         if (speaks) write (error_unit, '(a)') 'finshell: '//input%file//':'//text_of(input%accuracy%line) &
-            //': &accuracy: meshes are refined in one process: take finshell, not finshell_mpi'
-         return
-      end if
-      if (any(is_in_time(input%steps%control)) .and. associated(options%team)) then
-         if (speaks) write (error_unit, '(a)') 'finshell: '//input%file//':' &
-            //text_of(input%step_lines(findloc(is_in_time(input%steps%control), .true., dim=1))) &
-            //': &step: steps in time run in one process: take finshell, not finshell_mpi'
-         return
-      end if
-      if (remembers(input%structure) .and. associated(options%team)) then
-         if (speaks) write (error_unit, '(a)') 'finshell: '//input%file//': &material: laws with states run in ' &
-            //'one process: take finshell, not finshell_mpi'
-         return
-      end if
+      if (associated(options%team)) call check_team(input, error)
+      if (complain(error, speaks)) return
       i = size(input%structure%mesh%triangles, 2)
       if (allocated(input%accuracy)) i = i*4**input%accuracy%coarser
       call choose_threads(input%threads, i)
@@ -305,6 +291,26 @@ contains
       complain = allocated(error)
       if (complain .and. speaks) write (error_unit, '(a)') 'finshell: '//error%message
    end function complain
+
+   !> Refuse what one process does alone.
+   subroutine check_team(input, error)
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+      integer :: step
+      step = findloc(is_in_time(input%steps%control), .true., dim=1)
+      if (allocated(input%accuracy)) then
+         call refuse(':'//text_of(input%accuracy%line)//': &accuracy: meshes are refined')
+      else if (step > 0) then
+         call refuse(':'//text_of(input%step_lines(step))//': &step: steps in time run')
+      else if (remembers(input%structure)) then
+         call refuse(': &material: laws with states run')
+      end if
+   contains
+      subroutine refuse(what)
+         character(len=*), intent(in) :: what
+         call raise(error, status_input_error, input%file//what//' in one process: take finshell, not finshell_mpi')
+      end subroutine refuse
+   end subroutine check_team
 
    !> Say it, if there is something.
    subroutine warn(text)

@@ -20,8 +20,8 @@ module finshell_job
    use finshell_structure, only: structure_t
    use finshell_team, only: agree
    use finshell_timed_step, only: solve_timed
-   use finshell_step, only: control_buckling, control_displacement, control_dynamic, control_explicit, control_frequencies, &
-      control_linear, control_timed, control_volume, is_in_time, is_motion, leaves_state, prescribes_monitored, step_t
+   use finshell_step, only: control_buckling, control_dynamic, control_explicit, control_frequencies, &
+      control_linear, control_timed, is_in_time, is_motion, leaves_state, prescribes_monitored, step_t
    implicit none
    private
    public :: follow_steps, follow_step, may_float
@@ -152,8 +152,7 @@ contains
       call problem%accept()
       state = problem%state
       value = 0
-      if (step%control == control_volume) call problem%watch_volume(error, step%element_set)
-      if (step%control == control_displacement) call problem%watch(step%node_set, step%component, error)
+      call problem%watch_step(step, error)
       if (allocated(error)) return
       if (prescribes_monitored(step%control)) value = problem%monitored(state)
       ! without a load there are no forces at rest, but those of the motion tell what is small

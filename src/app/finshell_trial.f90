@@ -86,11 +86,7 @@ contains
          if (first .and. step%prescribes == control_load) call check_timed_start(step, 0.0_wp, error)
       end if
       if (.not. leaves_state(step%control) .and. .not. allocated(error)) then
-         if (allocated(step%volumes)) then
-            call problem%watch_volume(error, step%element_set)
-         else if (allocated(step%node_set)) then
-            call problem%watch(step%node_set, step%component, error)
-         end if
+         call problem%watch_step(step, error)
          if (first .and. step%control /= control_timed .and. .not. allocated(error)) &
             call new_targets(targets, step, 0.0_wp, 0.0_wp, error)
          if (allocated(error)) return

@@ -17,7 +17,9 @@ module finshell_discretisation
    use finshell_structure, only: structure_t
    implicit none
    private
-   public :: gathered_t, gather_elements, gather_motion, evaluate_gathered, predict_gathered, recover_gathered, freedoms
+   public :: gathered_t, gather_elements, gather_motion, evaluate_gathered, predict_gathered, recover_gathered, freedoms, at_once
+
+   integer, parameter :: at_once = 512 !< elements that a thread gathers where any number would do: as many as its caches hold
 
    !> Arrays of elements side by side, as evaluate_elements describes them; unallocated: absent.
    type :: gathered_t

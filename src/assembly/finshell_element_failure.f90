@@ -2,9 +2,10 @@
 module finshell_element_failure
    use finshell_kinds, only: wp
    use finshell_error, only: text_of
+   use finshell_facet_axes, only: facet_axes
    use finshell_mesh, only: mesh_t
    use finshell_quaternion, only: quaternion_to_matrix
-   use finshell_rotation, only: cross_product, log_rotation
+   use finshell_rotation, only: log_rotation
    use finshell_state, only: state_t
    use finshell_status, only: status_large_rotation, status_text
    implicit none
@@ -25,8 +26,8 @@ contains
       text = 'element '//text_of(element)//': '//status_text(status)
       if (status /= status_large_rotation) return
       associate (nodes => mesh%triangles(:, element))
-         before = frame(mesh%coordinates(:, nodes))
-         now = frame(mesh%coordinates(:, nodes) + state%displacement(:, nodes))
+         before = facet_axes(mesh%coordinates(:, nodes))
+         now = facet_axes(mesh%coordinates(:, nodes) + state%displacement(:, nodes))
          do i = 1, 3
             turn(:, i) = log_rotation(matmul(transpose(now), matmul(quaternion_to_matrix(state%rotation(:, nodes(i))), before)))
          end do
@@ -39,14 +40,4 @@ contains
          end if
       end associate
    end function rotation_failure
-
-   !> First side, normal to it in the plane, normal, as columns.
-   pure function frame(x) result(axes)
-      real(wp), intent(in) :: x(3, 3)
-      real(wp) :: axes(3, 3)
-      axes(:, 1) = (x(:, 2) - x(:, 1))/norm2(x(:, 2) - x(:, 1))
-      axes(:, 3) = cross_product(axes(:, 1), x(:, 3) - x(:, 1))
-      axes(:, 3) = axes(:, 3)/norm2(axes(:, 3))
-      axes(:, 2) = cross_product(axes(:, 3), axes(:, 1))
-   end function frame
 end module finshell_element_failure

@@ -118,24 +118,26 @@ contains
       type(equations_t), intent(in) :: equations
       real(wp), intent(in) :: detail
       real(wp), allocatable :: weight(:)
+      real(wp), allocatable :: around(:) !< (nodes) area
       real(wp) :: area, coefficient(most_unknowns)
       integer :: e, equation(most_unknowns), i, k, n
-      allocate (weight(equations%n), source=0.0_wp)
+      allocate (weight(equations%n), around(size(mesh%coordinates, 2)), source=0.0_wp)
       do e = 1, size(mesh%triangles, 2)
-         associate (nodes => mesh%triangles(:, e))
-            area = 0.5_wp*norm2(twice_area_vector(mesh, e))
-            do i = 1, 3
-               do k = 1, n_nodal
-                  associate (at => equations%number(k, nodes(i)), share => area/3*merge(1.0_wp, detail**2, k <= uz))
-                     if (at > 0) weight(at) = weight(at) + share
-                     if (.not. equations%links%depends(k, nodes(i))) cycle
-                     ! no row of the mass of what depends on others, but its diagonal: enough for a scale
-                     call expand_component(equations, nodes(i), k, equation, coefficient, n)
-                     weight(equation(:n)) = weight(equation(:n)) + share*coefficient(:n)**2
-                  end associate
-               end do
-            end do
-         end associate
+         area = 0.5_wp*norm2(twice_area_vector(mesh, e))
+         do i = 1, 3
+            around(mesh%triangles(i, e)) = around(mesh%triangles(i, e)) + area/3
+         end do
+      end do
+      do i = 1, size(around)
+         do k = 1, n_nodal
+            associate (at => equations%number(k, i), share => around(i)*merge(1.0_wp, detail**2, k <= uz))
+               if (at > 0) weight(at) = weight(at) + share
+               if (.not. equations%links%depends(k, i)) cycle
+               ! no row of the mass of what depends on others, but its diagonal: enough for a scale
+               call expand_component(equations, i, k, equation, coefficient, n)
+               weight(equation(:n)) = weight(equation(:n)) + share*coefficient(:n)**2
+            end associate
+         end do
       end do
       ! nodes of no element have that of the others in the mean
       area = detail**2

@@ -6,9 +6,9 @@ module finshell_inertia_damper
    use finshell_batch, only: n_resultants
    use finshell_discretisation, only: evaluate_gathered, freedoms, gather_elements, gather_motion, gathered_t
    use finshell_error, only: error_t, raise, text_of
+   use finshell_facet_axes, only: facet_axes
    use finshell_freedoms, only: n_corners, uz
    use finshell_kinds, only: wp, i4
-   use finshell_rotation, only: cross_product
    use finshell_state, only: state_t
    use finshell_status, only: status_ok, status_text
    use finshell_structure, only: structure_t
@@ -63,7 +63,7 @@ contains
             end if
             do e = 1, n
                if (structure%sections(k)%membrane) call take_tension(g%x(:, :, e) + g%u(:, :, e), f(:, e), stiffness(:, :, e))
-               call turn_matrix(transpose(axes_of(g%x(:, :, e) + g%u(:, :, e))), stiffness(:, :, e))
+               call turn_matrix(transpose(facet_axes(g%x(:, :, e) + g%u(:, :, e))), stiffness(:, :, e))
             end do
          end associate
          deallocate (f, status, stress)
@@ -97,7 +97,7 @@ contains
                      x(:, i) = structure%mesh%coordinates(:, node) + state%displacement(:, node)
                   end associate
                end do
-               axes = axes_of(x)
+               axes = facet_axes(x)
                call turn_vectors(transpose(axes), force(:, e))
                force(:, e) = matmul(matrix(:, :, e), -self%time*force(:, e))
                call turn_vectors(axes, force(:, e))
@@ -114,17 +114,6 @@ contains
          end associate
       end do
    end subroutine add
-
-   !> Axes of a triangle: along its first side, in its plane, normal to it.
-   pure function axes_of(x) result(axes)
-      real(wp), intent(in) :: x(3, n_corners)
-      real(wp) :: axes(3, 3)
-      axes(:, 1) = x(:, 2) - x(:, 1)
-      axes(:, 3) = cross_product(axes(:, 1), x(:, 3) - x(:, 1))
-      axes(:, 1) = axes(:, 1)/norm2(axes(:, 1))
-      axes(:, 3) = axes(:, 3)/norm2(axes(:, 3))
-      axes(:, 2) = cross_product(axes(:, 3), axes(:, 1))
-   end function axes_of
 
    pure subroutine turn_vectors(rotation, v)
       real(wp), intent(in) :: rotation(3, 3)

@@ -6,12 +6,13 @@
 module finshell_stress_transfer
    use finshell_assembly, only: assembly_t, predict_stress
    use finshell_batch, only: n_resultants
+   use finshell_facet_axes, only: facet_axes
    use finshell_freedoms, only: n_nodal
    use finshell_kinds, only: wp
-   use finshell_mesh, only: mesh_t, twice_area_vector
-   use finshell_rotation, only: cross_product
+   use finshell_mesh, only: mesh_t
    use finshell_state, only: state_t
    use finshell_structure, only: structure_t
+   use finshell_voigt, only: rotate_stress
    implicit none
    private
    public :: resultants_of, inherit_resultants, in_order_of
@@ -45,42 +46,18 @@ contains
       type(mesh_t), intent(in) :: mesh, fine
       integer, intent(in) :: parent(:) !< (elements of fine) in mesh
       real(wp), allocatable :: inherited(:, :)
-      real(wp) :: of_points(3, 2, 3), turn(2, 2), axes(3, 2) ! components; forces, moments; points
-      real(wp) :: mean(3, 2)
-      integer :: e, k
+      real(wp) :: of_points(3, 2, 3) ! components; forces, moments; points
+      real(wp) :: axes(3, 3), first(3, 3), direction(2, 2), mean(2, 3)
+      integer :: e
       allocate (inherited(size(stress, 1), size(parent)))
       do e = 1, size(parent)
-         axes = axes_of(fine, e)
-         turn = matmul(transpose(axes), axes_of(mesh, parent(e)))
-         mean = sum(reshape(stress(:, parent(e)), shape(of_points)), dim=3)/size(of_points, 3)
-         do k = 1, size(mean, 2)
-            of_points(:, k, :) = spread(turned_tensor(mean(:, k), turn), 2, size(of_points, 3))
-         end do
+         axes = facet_axes(fine%coordinates(:, fine%triangles(:, e)))
+         first = facet_axes(mesh%coordinates(:, mesh%triangles(:, parent(e))))
+         direction = spread(matmul(first(:, 1), axes(:, :2)), 1, 2)
+         mean = transpose(sum(reshape(stress(:, parent(e)), shape(of_points)), dim=3))/size(of_points, 3)
+         call rotate_stress(2, direction, mean)
+         of_points = spread(transpose(mean), 3, size(of_points, 3))
          inherited(:, e) = reshape(of_points, [size(stress, 1)])
       end do
    end function inherit_resultants
-
-   !> Axes in the plane of an element, the first along its first side (finshell_triangle).
-   pure function axes_of(mesh, e) result(axes)
-      type(mesh_t), intent(in) :: mesh
-      integer, intent(in) :: e
-      real(wp) :: axes(3, 2)
-      real(wp) :: normal(3)
-      associate (nodes => mesh%triangles(:, e))
-         axes(:, 1) = mesh%coordinates(:, nodes(2)) - mesh%coordinates(:, nodes(1))
-      end associate
-      axes(:, 1) = axes(:, 1)/norm2(axes(:, 1))
-      normal = twice_area_vector(mesh, e)
-      axes(:, 2) = cross_product(normal/norm2(normal), axes(:, 1))
-   end function axes_of
-
-   !> Components 11, 22, 12 of a symmetric tensor in other axes.
-   pure function turned_tensor(t, turn) result(turned)
-      real(wp), intent(in) :: t(3)
-      real(wp), intent(in) :: turn(2, 2) !< new axis i along old axis j
-      real(wp) :: turned(3)
-      real(wp) :: full(2, 2)
-      full = matmul(turn, matmul(reshape([t(1), t(3), t(3), t(2)], [2, 2]), transpose(turn)))
-      turned = [full(1, 1), full(2, 2), full(1, 2)]
-   end function turned_tensor
 end module finshell_stress_transfer

@@ -21,7 +21,6 @@ contains
    subroutine carry_real(self, x)
       class(memo_t), intent(inout) :: self
       real(wp), intent(inout) :: x
-      real(wp), allocatable :: grown(:)
       if (self%reading) then
          self%whole = self%whole .and. self%at < size(self%numbers)
          if (.not. self%whole) return
@@ -29,15 +28,22 @@ contains
          x = self%numbers(self%at)
          return
       end if
-      if (.not. allocated(self%numbers)) allocate (self%numbers(1000))
-      if (self%at == size(self%numbers)) then
-         allocate (grown(2*self%at))
-         grown(:self%at) = self%numbers
-         call move_alloc(grown, self%numbers)
-      end if
+      call make_room(self, 1)
       self%at = self%at + 1
       self%numbers(self%at) = x
    end subroutine carry_real
+
+   !> For n numbers more.
+   subroutine make_room(self, n)
+      class(memo_t), intent(inout) :: self
+      integer, intent(in) :: n
+      real(wp), allocatable :: grown(:)
+      if (.not. allocated(self%numbers)) allocate (self%numbers(max(n, 1000)))
+      if (self%at + n <= size(self%numbers)) return
+      allocate (grown(2*self%at + n))
+      grown(:self%at) = self%numbers(:self%at)
+      call move_alloc(grown, self%numbers)
+   end subroutine make_room
 
    subroutine carry_integer(self, i)
       class(memo_t), intent(inout) :: self
@@ -61,7 +67,7 @@ contains
    subroutine carry_list(self, x)
       class(memo_t), intent(inout) :: self
       real(wp), allocatable, intent(inout) :: x(:)
-      integer :: i, n
+      integer :: n
       n = -1
       if (allocated(x)) n = size(x)
       call self%carry(n)
@@ -69,11 +75,12 @@ contains
          if (allocated(x)) deallocate (x)
          self%whole = self%whole .and. n <= size(self%numbers) - self%at
          if (n < 0 .or. .not. self%whole) return
-         allocate (x(n))
+         x = self%numbers(self%at + 1:self%at + n)
+      else if (n > 0) then
+         call make_room(self, n)
+         self%numbers(self%at + 1:self%at + n) = x
       end if
-      do i = 1, n
-         call self%carry(x(i))
-      end do
+      self%at = self%at + max(n, 0)
    end subroutine carry_list
 
    !> A table that may be unallocated.

@@ -5,7 +5,8 @@ module finshell_course
    use finshell_memo, only: memo_t
    use finshell_newmark, only: newmark_t
    use finshell_observer, only: motion_t
-   use finshell_pace, only: pace_t
+   use finshell_pace, only: landing_size, pace_t
+   use finshell_time_plan, only: time_plan_t
    implicit none
    private
    public :: course_t, carry_course, course_of, numbers_of
@@ -32,9 +33,22 @@ module finshell_course
       real(wp), allocatable :: first_past(:, :) !< what laws remembered then, likewise (finshell_past)
       real(wp) :: way = 0 !< of a static step: how far it has moved (finshell_timed_step)
       integer :: seen = 0 !< likewise: number of the increment that it has made last; there may be others, of a host
+   contains
+      procedure :: aim
    end type course_t
 
 contains
+
+   !> The next increment: as large as its pace, but ending where the step is to be seen or its loads have corners.
+   pure subroutine aim(self, plan, h, end_time)
+      class(course_t), intent(in) :: self
+      type(time_plan_t), intent(in) :: plan
+      real(wp), intent(out) :: h, end_time !< its size; since the step began
+      real(wp) :: landing
+      landing = plan%next_landing(self%time)
+      h = landing_size(self%pace%size, landing - self%time)
+      end_time = merge(landing, self%time + h, self%time + 1.5_wp*h > landing)
+   end subroutine aim
 
    !> What goes from increment to increment beside the state.
    subroutine carry_course(memo, self)

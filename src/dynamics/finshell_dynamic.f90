@@ -19,7 +19,6 @@ module finshell_dynamic
    use finshell_newmark, only: new_newmark
    use finshell_newton, only: newton_result_t, solve_increment
    use finshell_observer, only: observer_t, record_t, stop_is_wanted
-   use finshell_pace, only: landing_size
    use finshell_path, only: path_t
    use finshell_state, only: motion_between, state_t
    use finshell_structure, only: turning_nodes
@@ -157,7 +156,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(record_t) :: record
       type(newton_result_t) :: result
-      real(wp) :: h, end_time, estimate, speed, landing
+      real(wp) :: h, end_time, estimate, speed
       integer :: failures
 
       do while (self%time < self%duration)
@@ -169,9 +168,7 @@ contains
          record = record_t()
          failures = 0
          do
-            landing = step%time%next_landing(self%time)
-            h = landing_size(self%pace%size, landing - self%time)
-            end_time = merge(landing, self%time + h, self%time + 1.5_wp*h > landing)
+            call self%aim(step%time, h, end_time)
             call attempt(self, problem, step, h, end_time, result)
             record%iterations = record%iterations + result%iterations
             if (result%converged) then

@@ -15,7 +15,6 @@ module finshell_timed_step
    use finshell_memo, only: memo_t
    use finshell_newton, only: newton_result_t, solve_increment
    use finshell_observer, only: observer_t, record_t
-   use finshell_pace, only: landing_size
    use finshell_path, only: path_t
    use finshell_state, only: state_t
    use finshell_status, only: status_input_error, status_not_converged
@@ -56,7 +55,7 @@ contains
          call carry_course(memo, course)
          course%duration = step%time%duration
          call problem%accept()
-         call watch(problem, step, error)
+         call problem%watch_step(step, error)
          if (allocated(error)) return
       else
          ramping = by_load_factor
@@ -83,7 +82,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       self%duration = step%time%duration
       self%begun = problem%state%time
-      call watch(problem, step, error)
+      call problem%watch_step(step, error)
       if (allocated(error)) return
       self%at_start = problem%state%load_factor
       if (step%prescribes /= control_load) self%at_start = problem%monitored(problem%state)
@@ -125,20 +124,6 @@ contains
       if (self%increments == 0) self%energy = problem%base_entry%energy
       if (allocated(self%auxiliary)) deallocate (self%auxiliary)
    end subroutine balance_first
-
-   !> Look at what the step prescribes.
-   subroutine watch(problem, step, error)
-      class(equilibrium_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(error_t), allocatable, intent(out) :: error
-      if (allocated(step%volumes)) then
-         call problem%watch_volume(error, step%element_set)
-      else if (allocated(step%node_set)) then
-         call problem%watch(step%node_set, step%component, error)
-      else if (allocated(problem%watched)) then
-         deallocate (problem%watched)
-      end if
-   end subroutine watch
 
    !> Refuse a load factor that jumps at the beginning.
    subroutine check_timed_start(step, found, error)
@@ -186,7 +171,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(record_t) :: record
       type(newton_result_t) :: result
-      real(wp) :: h, end_time, estimate, landing, moved, standing
+      real(wp) :: h, end_time, estimate, moved, standing
       character(len=:), allocatable :: reason
       integer :: failures
 
@@ -200,9 +185,7 @@ contains
          failures = 0
          standing = size_of_displacements(problem)
          do
-            landing = step%time%next_landing(self%time)
-            h = landing_size(self%pace%size, landing - self%time)
-            end_time = merge(landing, self%time + h, self%time + 1.5_wp*h > landing)
+            call self%aim(step%time, h, end_time)
             call attempt(self, problem, step, h, end_time, result)
             record%iterations = record%iterations + result%iterations
             if (result%converged) then

@@ -78,7 +78,7 @@ contains
       real(wp), intent(in) :: ea(lanes, 3, 3), aa(lanes, 6), conjugate(lanes, 3)
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
       integer, parameter :: pair(3, 3) = reshape([1, 3, 4, 3, 2, 5, 4, 5, 6], [3, 3])
-      real(wp) :: second(lanes, 9, 9), t(lanes, 3), e(lanes)
+      real(wp) :: second(lanes, 3, 9), t(lanes, 3)
       integer :: a, b, i, j
       second = 0
       call add_kink_hessian(ref, filter, bend, kink, conjugate, second)
@@ -91,12 +91,13 @@ contains
                end do
             end do
             do i = 1, j
-               second(:, i, j) = second(:, i, j) + da(:, 1, i)*t(:, 1) + da(:, 2, i)*t(:, 2) + da(:, 3, i)*t(:, 3)
+               h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) &
+                  + da(:, 1, i)*t(:, 1) + da(:, 2, i)*t(:, 2) + da(:, 3, i)*t(:, 3)
             end do
             do i = 1, 3
-               e = ea(:, i, 1)*da(:, 1, j) + ea(:, i, 2)*da(:, 2, j) + ea(:, i, 3)*da(:, 3, j)
-               if (i <= j) second(:, i, j) = second(:, i, j) + e
-               if (j <= i) second(:, j, i) = second(:, j, i) + e
+               second(:, i, j) = second(:, i, j) + ea(:, i, 1)*da(:, 1, j) + ea(:, i, 2)*da(:, 2, j) + ea(:, i, 3)*da(:, 3, j)
+               if (j <= i) h(:, j, i) = h(:, j, i) + ea(:, i, 1)*da(:, 1, j) + ea(:, i, 2)*da(:, 2, j) + ea(:, i, 3)*da(:, 3, j)
+               if (i <= j) h(:, i, variable(j)) = h(:, i, variable(j)) + second(:, i, j)
             end do
             ! with the drilling angles
             t(:, 3) = -t(:, 1) - t(:, 2)
@@ -104,9 +105,6 @@ contains
                a = min(3 + i, variable(j))
                b = max(3 + i, variable(j))
                h(:, a, b) = h(:, a, b) + t(:, i)
-            end do
-            do i = 1, j
-               h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) + second(:, i, j)
             end do
          end do
       end associate

@@ -8,7 +8,7 @@ module finshell_curved
    use finshell_metric_change, only: change_strain, new_metric_change, pull_back_stress, pull_back_tangent
    use finshell_bending, only: bending_t, new_bending
    use finshell_evaluation, only: level_energy, level_force, level_tangent
-   use finshell_quaternion, only: quaternion_product
+   use finshell_quaternion, only: turn_quaternions
    use finshell_reference, only: reference_t, side_to
    use finshell_resultants, only: resultants_t
    use finshell_section, only: section_t
@@ -65,7 +65,7 @@ contains
       real(wp), intent(in) :: normal(lanes, 3, 3) !< (element, component, node)
       type(turned_t), intent(inout) :: turned
       integer(i4), intent(inout) :: status(lanes)
-      real(wp), dimension(lanes) :: sine, cosine, half, factor
+      real(wp), dimension(lanes) :: sine, cosine, length, half, angle, factor !< half: cosine of half the angle
       real(wp) :: axis(lanes, 3, 3)
       logical :: kept(lanes)
       integer :: c, k
@@ -80,13 +80,15 @@ contains
          where (status == 0 .and. .not. cosine > 0) status = status_invalid_argument
          kept = sine > same_direction*cosine .and. cosine > 0
          turned%any = turned%any .or. any(kept)
-         half = 0.5_wp*atan2(sine, max(cosine, tiny(1.0_wp)))
-         factor = merge(sin(half)/max(sine, tiny(1.0_wp)), 0.0_wp, kept)
-         turned%turn(:, 1, k) = merge(cos(half), 1.0_wp, kept)
+         length = max(sqrt(sine**2 + cosine**2), tiny(1.0_wp))
+         half = sqrt(0.5_wp + 0.5_wp*max(cosine, 0.0_wp)/length)
+         factor = merge(0.5_wp/(length*half), 0.0_wp, kept)
+         turned%turn(:, 1, k) = merge(half, 1.0_wp, kept)
          do c = 1, 3
             turned%turn(:, 1 + c, k) = factor*axis(:, c, k)
          end do
-         factor = merge(2*half/max(sine, tiny(1.0_wp)), 0.0_wp, kept)
+         angle = atan2(sine, max(cosine, tiny(1.0_wp)))
+         factor = merge(angle/max(sine, tiny(1.0_wp)), 0.0_wp, kept)
          turned%slope(:, 2*k - 1) = -factor*(axis(:, 1, k)*ref%frame(:, 1, 2) + axis(:, 2, k)*ref%frame(:, 2, 2) &
                                              + axis(:, 3, k)*ref%frame(:, 3, 2))
          turned%slope(:, 2*k) = factor*(axis(:, 1, k)*ref%frame(:, 1, 1) + axis(:, 2, k)*ref%frame(:, 2, 1) &
@@ -117,11 +119,9 @@ contains
    pure subroutine turn_nodes(turned, quaternion)
       class(turned_t), intent(in) :: turned
       real(wp), intent(inout) :: quaternion(lanes, 4, 3)
-      integer :: k, l
+      integer :: k
       do k = 1, 3
-         do l = 1, lanes
-            quaternion(l, :, k) = quaternion_product(quaternion(l, :, k), turned%turn(l, :, k))
-         end do
+         call turn_quaternions(lanes, quaternion(:, :, k), turned%turn(:, :, k))
       end do
    end subroutine turn_nodes
 
@@ -146,9 +146,20 @@ contains
       real(wp), intent(inout) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
       integer :: k
       do k = 0, 2*lanes, lanes
-         call change_strain(lanes, curved%strain, membrane(k + 1:k + lanes, :))
-         call change_strain(lanes, curved%strain, curvature(k + 1:k + lanes, :))
+         call refer(membrane)
+         call refer(curvature)
       end do
+
+   contains
+
+      !> The points of one corner; a slice as an argument would be copied to the heap.
+      pure subroutine refer(strain)
+         real(wp), intent(inout) :: strain(points_per_block, 3)
+         real(wp) :: own(lanes, 3)
+         own = strain(k + 1:k + lanes, :)
+         call change_strain(lanes, curved%strain, own)
+         strain(k + 1:k + lanes, :) = own
+      end subroutine refer
    end subroutine refer_change_to
 
    !> K0 at the points, referred to the metric of the curved surface.
@@ -176,12 +187,30 @@ contains
          k = lanes*(g - 1)
          r%energy(k + 1:k + lanes) = curved%area*r%energy(k + 1:k + lanes)
          if (level < level_force) cycle
-         call pull_back_stress(lanes, curved%strain, curved%area, r%n(k + 1:k + lanes, :))
-         call pull_back_stress(lanes, curved%strain, curved%area, r%m(k + 1:k + lanes, :))
+         call pull_back(r%n)
+         call pull_back(r%m)
          if (level < level_tangent) cycle
-         call pull_back_tangent(lanes, curved%strain, curved%area, r%a(k + 1:k + lanes, :))
-         call pull_back_tangent(lanes, curved%strain, curved%area, r%b(k + 1:k + lanes, :))
-         call pull_back_tangent(lanes, curved%strain, curved%area, r%d(k + 1:k + lanes, :))
+         call pull_back_matrix(r%a)
+         call pull_back_matrix(r%b)
+         call pull_back_matrix(r%d)
       end do
+
+   contains
+
+      pure subroutine pull_back(stress)
+         real(wp), intent(inout) :: stress(points_per_block, 3)
+         real(wp) :: own(lanes, 3)
+         own = stress(k + 1:k + lanes, :)
+         call pull_back_stress(lanes, curved%strain, curved%area, own)
+         stress(k + 1:k + lanes, :) = own
+      end subroutine pull_back
+
+      pure subroutine pull_back_matrix(tangent)
+         real(wp), intent(inout) :: tangent(points_per_block, 6)
+         real(wp) :: own(lanes, 6)
+         own = tangent(k + 1:k + lanes, :)
+         call pull_back_tangent(lanes, curved%strain, curved%area, own)
+         tangent(k + 1:k + lanes, :) = own
+      end subroutine pull_back_matrix
    end subroutine from_curved
 end module finshell_curved

@@ -20,6 +20,8 @@ module finshell_kink
       logical :: any !< the reference is curved; else the rest is not set
       real(wp) :: value(lanes, 3) !< addition to a
       real(wp) :: derivative(lanes, 3, 9) !< with respect to midsurface strain and slopes
+      real(wp) :: s(lanes, 3) !< J (f_kj - f_ki) of side k
+      real(wp) :: ds(lanes, 9, 3)
       real(wp) :: g(lanes, 2, 3) !< g_i
       real(wp) :: dg(lanes, 2, 3, 3) !< of g_i (component, node, strain)
       real(wp) :: ddg(lanes, 2, 3, 6)
@@ -37,19 +39,17 @@ contains
       type(bending_t), intent(in) :: bend
       real(wp), intent(in) :: slope(lanes, 6) !< G0_i
       type(kink_t), intent(inout) :: kink
-      real(wp) :: c(lanes, 3), s(lanes), ds(lanes, 9), f(lanes, 3), df(lanes, 9, 3), dj(lanes, 3)
+      real(wp) :: f(lanes, 3), df(lanes, 9, 3), dj(lanes, 3)
       integer :: i, k
 
       call carried_slopes(level, filter, slope, kink)
+      call side_forms(level, ref, bend, kink)
       call jacobian_gradient(filter, dj)
       do k = 1, 3
-         c = 0
-         c(:, k) = 1
-         call bilinear(level, ref, bend, kink, c, s, ds)
-         f(:, k) = s/filter%jacobian
+         f(:, k) = kink%s(:, k)/filter%jacobian
          if (level < level_force) cycle
          do i = 1, 9
-            df(:, i, k) = ds(:, i)/filter%jacobian
+            df(:, i, k) = kink%ds(:, i, k)/filter%jacobian
          end do
          do i = 1, 3
             df(:, i, k) = df(:, i, k) - f(:, k)*dj(:, i)/filter%jacobian
@@ -125,78 +125,73 @@ contains
       end subroutine apply
    end subroutine carried_slopes
 
-   !> K_i of the nodes for weights c of the sides, and its derivatives.
-   pure subroutine node_matrices(level, ref, bend, c, m, dm, ddm)
-      integer, intent(in) :: level
+   !> J |L|^2/c_R f is a form of G_i - g_i and g_i: its matrix K_k, and the derivative of that with respect to beta_k.
+   pure subroutine side_matrices(ref, bend, k, matrix, square)
       type(reference_t), intent(in) :: ref
       type(bending_t), intent(in) :: bend
-      real(wp), intent(in) :: c(lanes, 3)
-      real(wp), intent(out) :: m(lanes, 3, 3) !< (11, 22, 12; node)
-      real(wp), intent(out) :: dm(lanes, 3, 3, 3) !< (component, node, strain)
-      real(wp), intent(out), optional :: ddm(lanes, 3, 3, 6)
-      real(wp) :: w(lanes), square(lanes, 3), side(lanes, 3)
-      integer :: i, k, n, next, v
-      m = 0
-      dm = 0
-      if (present(ddm)) ddm = 0
-      do k = 1, 3
-         next = 1 + mod(k, 3)
-         w = c_r*c(:, k)/ref%side2(:, k)
-         square(:, 1) = w*ref%side(:, 1, k)**2
-         square(:, 2) = w*ref%side(:, 2, k)**2
-         square(:, 3) = w*ref%side(:, 1, k)*ref%side(:, 2, k)
-         side(:, 1) = square(:, 3) + bend%beta(:, k)*square(:, 1)
-         side(:, 2) = -square(:, 3) + bend%beta(:, k)*square(:, 2)
-         side(:, 3) = 0.5_wp*(square(:, 2) - square(:, 1)) + bend%beta(:, k)*square(:, 3)
-         do v = 1, 3
-            m(:, v, k) = m(:, v, k) - side(:, v)
-            m(:, v, next) = m(:, v, next) + side(:, v)
-            if (level < level_force) cycle
-            do i = 1, 3
-               dm(:, v, k, i) = dm(:, v, k, i) - square(:, v)*bend%dbeta(:, i, k)
-               dm(:, v, next, i) = dm(:, v, next, i) + square(:, v)*bend%dbeta(:, i, k)
-            end do
-            if (.not. present(ddm)) cycle
-            do n = 1, 6
-               ddm(:, v, k, n) = ddm(:, v, k, n) - square(:, v)*bend%ddbeta(:, n, k)
-               ddm(:, v, next, n) = ddm(:, v, next, n) + square(:, v)*bend%ddbeta(:, n, k)
-            end do
-         end do
-      end do
-   end subroutine node_matrices
+      integer, intent(in) :: k
+      real(wp), intent(out) :: matrix(lanes, 3), square(lanes, 3) !< (11, 22, 12), times c_R/|L|^2
+      real(wp) :: w(lanes)
+      w = c_r/ref%side2(:, k)
+      square(:, 1) = w*ref%side(:, 1, k)**2
+      square(:, 2) = w*ref%side(:, 2, k)**2
+      square(:, 3) = w*ref%side(:, 1, k)*ref%side(:, 2, k)
+      matrix(:, 1) = square(:, 3) + bend%beta(:, k)*square(:, 1)
+      matrix(:, 2) = -square(:, 3) + bend%beta(:, k)*square(:, 2)
+      matrix(:, 3) = 0.5_wp*(square(:, 2) - square(:, 1)) + bend%beta(:, k)*square(:, 3)
+   end subroutine side_matrices
 
-   !> a' m b for a symmetric matrix (11, 22, 12).
-   pure function product(a, m, b) result(s)
-      real(wp), intent(in) :: a(lanes, 2), m(lanes, 3), b(lanes, 2)
+   !> Symmetric matrix (11, 22, 12) times a vector.
+   pure function times(m, a) result(b)
+      real(wp), intent(in) :: m(lanes, 3), a(lanes, 2)
+      real(wp) :: b(lanes, 2)
+      b(:, 1) = m(:, 1)*a(:, 1) + m(:, 3)*a(:, 2)
+      b(:, 2) = m(:, 3)*a(:, 1) + m(:, 2)*a(:, 2)
+   end function times
+
+   pure function dot(a, b) result(s)
+      real(wp), intent(in) :: a(lanes, 2), b(lanes, 2)
       real(wp) :: s(lanes)
-      s = a(:, 1)*(m(:, 1)*b(:, 1) + m(:, 3)*b(:, 2)) + a(:, 2)*(m(:, 3)*b(:, 1) + m(:, 2)*b(:, 2))
-   end function product
+      s = a(:, 1)*b(:, 1) + a(:, 2)*b(:, 2)
+   end function dot
 
-   !> s = sum of c J f over the sides, and its first derivatives.
-   pure subroutine bilinear(level, ref, bend, kink, c, s, ds)
+   !> J (f_kj - f_ki) of the sides, and its first derivatives.
+   pure subroutine side_forms(level, ref, bend, kink)
       integer, intent(in) :: level
       type(reference_t), intent(in) :: ref
       type(bending_t), intent(in) :: bend
-      type(kink_t), intent(in) :: kink
-      real(wp), intent(in) :: c(lanes, 3)
-      real(wp), intent(out) :: s(lanes), ds(lanes, 9)
-      real(wp) :: m(lanes, 3, 3), dm(lanes, 3, 3, 3), d(lanes, 2)
-      integer :: e, i
-      call node_matrices(level, ref, bend, c, m, dm)
-      s = 0
-      ds = 0
-      do i = 1, 3
-         d = bend%g(:, 2*i - 1:2*i) - kink%g(:, :, i)
-         s = s + product(d, m(:, :, i), kink%g(:, :, i))
-         if (level < level_force) cycle
-         ds(:, 2 + 2*i) = m(:, 1, i)*kink%g(:, 1, i) + m(:, 3, i)*kink%g(:, 2, i)
-         ds(:, 3 + 2*i) = m(:, 3, i)*kink%g(:, 1, i) + m(:, 2, i)*kink%g(:, 2, i)
-         do e = 1, 3
-            ds(:, e) = ds(:, e) + product(d, dm(:, :, i, e), kink%g(:, :, i)) &
-               + product(d - kink%g(:, :, i), m(:, :, i), kink%dg(:, :, i, e))
+      type(kink_t), intent(inout) :: kink
+      real(wp) :: matrix(lanes, 3), square(lanes, 3), d(lanes, 2), x(lanes, 2), y(lanes, 2), z(lanes)
+      integer :: e, i, k, sign, tip
+      kink%s = 0
+      kink%ds = 0
+      do k = 1, 3
+         call side_matrices(ref, bend, k, matrix, square)
+         do tip = 1, 2
+            i = node_at(tip, k)
+            sign = 2*tip - 3
+            associate (g => kink%g(:, :, i))
+               d = bend%g(:, 2*i - 1:2*i) - g
+               x = times(matrix, g)
+               kink%s(:, k) = kink%s(:, k) + sign*dot(d, x)
+               if (level < level_force) cycle
+               kink%ds(:, 2 + 2*i, k) = sign*x(:, 1)
+               kink%ds(:, 3 + 2*i, k) = sign*x(:, 2)
+               y = times(matrix, d - g)
+               z = dot(d, times(square, g))
+            end associate
+            do e = 1, 3
+               kink%ds(:, e, k) = kink%ds(:, e, k) + sign*(z*bend%dbeta(:, e, k) + dot(y, kink%dg(:, :, i, e)))
+            end do
          end do
       end do
-   end subroutine bilinear
+   end subroutine side_forms
+
+   !> The node where side k begins (1) or ends (2).
+   pure integer function node_at(tip, k)
+      integer, intent(in) :: tip, k
+      node_at = 1 + mod(k + tip - 2, 3)
+   end function node_at
 
    !> Second derivatives of a at fixed work conjugates of a, with respect to midsurface strain and slopes.
    pure subroutine add_kink_hessian(ref, filter, bend, kink, conjugate, h)
@@ -205,40 +200,55 @@ contains
       type(bending_t), intent(in) :: bend
       type(kink_t), intent(in) :: kink
       real(wp), intent(in) :: conjugate(lanes, 3)
-      real(wp), intent(inout) :: h(lanes, 9, 9) !< upper triangle
-      real(wp) :: c(lanes, 3), m(lanes, 3, 3), dm(lanes, 3, 3, 3), ddm(lanes, 3, 3, 6), d(lanes, 2), t(lanes, 2)
+      real(wp), intent(inout) :: h(lanes, 3, 9) !< rows of the strain, upper triangle: there are none with respect to slopes alone
+      real(wp) :: c(lanes, 3), w(lanes), matrix(lanes, 3), square(lanes, 3), d(lanes, 2), t(lanes, 2), y(lanes, 2), z(lanes)
+      real(wp) :: sg(lanes, 2), sy(lanes, 2), kg(lanes, 2, 3), r(lanes, 3)
       real(wp) :: s(lanes), ds(lanes, 9), dj(lanes, 3), ddj(lanes, 6), ij(lanes)
-      integer :: e, f, i, p
+      integer :: e, f, i, k, p, tip
 
       c(:, 1) = conjugate(:, 3)
       c(:, 2) = conjugate(:, 3) - conjugate(:, 2)
       c(:, 3) = conjugate(:, 3) + conjugate(:, 1)
       ij = 1/filter%jacobian
-      do i = 1, 3
-         c(:, i) = c(:, i)*ij
-      end do
       call jacobian_gradient(filter, dj)
-      call bilinear(level_tangent, ref, bend, kink, c, s, ds)
-      call node_matrices(level_tangent, ref, bend, c, m, dm, ddm)
-      do i = 1, 3
-         associate (g => kink%g(:, :, i))
-            d = bend%g(:, 2*i - 1:2*i) - g
+      s = 0
+      ds = 0
+      do k = 1, 3
+         w = c(:, k)*ij
+         s = s + w*kink%s(:, k)
+         do i = 1, 9
+            ds(:, i) = ds(:, i) + w*kink%ds(:, i, k)
+         end do
+         call side_matrices(ref, bend, k, matrix, square)
+         do tip = 1, 2
+            i = node_at(tip, k)
+            w = -w ! the beginning counts against the end
+            d = bend%g(:, 2*i - 1:2*i) - kink%g(:, :, i)
+            sg = times(square, kink%g(:, :, i))
+            y = d - kink%g(:, :, i)
+            sy = times(square, y)
+            y = times(matrix, y)
+            z = dot(d, sg)
+            do e = 1, 3
+               r(:, e) = dot(sy, kink%dg(:, :, i, e))
+               kg(:, :, e) = times(matrix, kink%dg(:, :, i, e))
+               t(:, 1) = w*(sg(:, 1)*bend%dbeta(:, e, k) + kg(:, 1, e))
+               t(:, 2) = w*(sg(:, 2)*bend%dbeta(:, e, k) + kg(:, 2, e))
+               h(:, e, 2 + 2*i) = h(:, e, 2 + 2*i) + t(:, 1)
+               h(:, e, 3 + 2*i) = h(:, e, 3 + 2*i) + t(:, 2)
+            end do
             do p = 1, 6
                e = row(p)
                f = column(p)
-               h(:, e, f) = h(:, e, f) + product(d, ddm(:, :, i, p), g) + product(d - g, dm(:, :, i, e), kink%dg(:, :, i, f)) &
-                  + product(d - g, dm(:, :, i, f), kink%dg(:, :, i, e)) + product(d - g, m(:, :, i), kink%ddg(:, :, i, p)) &
-                  - 2*product(kink%dg(:, :, i, e), m(:, :, i), kink%dg(:, :, i, f))
+               h(:, e, f) = h(:, e, f) + w*(z*bend%ddbeta(:, p, k) + r(:, f)*bend%dbeta(:, e, k) + r(:, e)*bend%dbeta(:, f, k) &
+                                            + dot(y, kink%ddg(:, :, i, p)) - 2*dot(kg(:, :, e), kink%dg(:, :, i, f)))
             end do
-            do e = 1, 3
-               associate (dg => kink%dg(:, :, i, e), k => m(:, :, i), dk => dm(:, :, i, e))
-                  t(:, 1) = dk(:, 1)*g(:, 1) + dk(:, 3)*g(:, 2) + k(:, 1)*dg(:, 1) + k(:, 3)*dg(:, 2)
-                  t(:, 2) = dk(:, 3)*g(:, 1) + dk(:, 2)*g(:, 2) + k(:, 3)*dg(:, 1) + k(:, 2)*dg(:, 2)
-               end associate
-               h(:, e, 2 + 2*i) = h(:, e, 2 + 2*i) + t(:, 1) - ds(:, 2 + 2*i)*dj(:, e)*ij
-               h(:, e, 3 + 2*i) = h(:, e, 3 + 2*i) + t(:, 2) - ds(:, 3 + 2*i)*dj(:, e)*ij
-            end do
-         end associate
+         end do
+      end do
+      do i = 4, 9
+         do e = 1, 3
+            h(:, e, i) = h(:, e, i) - ds(:, i)*dj(:, e)*ij
+         end do
       end do
       call jacobian_hessian(filter, ddj)
       do p = 1, 6

@@ -28,8 +28,12 @@ contains
          sizes = [(count(part_of == i), i=1, next - 1)]
          largest = maxloc(sizes, 1)
          members = pack([(i, i=1, pattern%n)], part_of == largest)
-         call sub_pattern(pattern, members, inner)
-         call bisect(inner, side, error)
+         if (size(members) == pattern%n) then
+            call bisect(pattern, side, error)
+         else
+            call sub_pattern(pattern, members, inner)
+            call bisect(inner, side, error)
+         end if
          if (allocated(error)) return
          if (count(side == 0) == 0 .or. count(side == 1) == 0) return
          do i = 1, size(members)

@@ -1,9 +1,9 @@
 !> Strains that are referred to another metric: E <- A E A with A = (I + V)^(-1/2), and stresses and tangents that are pulled back.
 !>
-!> V, strains and tangents in Voigt form (finshell_voigt). V is small where metrics differ little: it is given, not I + V.
+!> V, strains and tangents in Voigt form (finshell_voigt). V is small where metrics differ little: it is given, not I + V. Loops over
+!> points keep what they need in registers: with arrays for it they would not become vector instructions.
 module finshell_metric_change
    use finshell_kinds, only: wp
-   use finshell_voigt, only: column, pack, row
    implicit none
    private
    public :: new_metric_change, change_strain, pull_back_stress, pull_back_tangent
@@ -42,11 +42,16 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in) :: map(n, 3, 3)
       real(wp), intent(inout) :: strain(n, 3)
-      real(wp) :: e(n, 3)
-      integer :: v
-      e = strain
-      do v = 1, 3
-         strain(:, v) = map(:, v, 1)*e(:, 1) + map(:, v, 2)*e(:, 2) + map(:, v, 3)*e(:, 3)
+      real(wp) :: e1, e2, e3
+      integer :: l
+      !GCC$ ivdep
+      do l = 1, n
+         e1 = strain(l, 1)
+         e2 = strain(l, 2)
+         e3 = strain(l, 3)
+         strain(l, 1) = map(l, 1, 1)*e1 + map(l, 1, 2)*e2 + map(l, 1, 3)*e3
+         strain(l, 2) = map(l, 2, 1)*e1 + map(l, 2, 2)*e2 + map(l, 2, 3)*e3
+         strain(l, 3) = map(l, 3, 1)*e1 + map(l, 3, 2)*e2 + map(l, 3, 3)*e3
       end do
    end subroutine change_strain
 
@@ -55,11 +60,16 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in) :: map(n, 3, 3), factor(n)
       real(wp), intent(inout) :: stress(n, 3)
-      real(wp) :: s(n, 3)
-      integer :: v
-      s = stress
-      do v = 1, 3
-         stress(:, v) = factor*(map(:, 1, v)*s(:, 1) + map(:, 2, v)*s(:, 2) + map(:, 3, v)*s(:, 3))
+      real(wp) :: s1, s2, s3
+      integer :: l
+      !GCC$ ivdep
+      do l = 1, n
+         s1 = factor(l)*stress(l, 1)
+         s2 = factor(l)*stress(l, 2)
+         s3 = factor(l)*stress(l, 3)
+         stress(l, 1) = map(l, 1, 1)*s1 + map(l, 2, 1)*s2 + map(l, 3, 1)*s3
+         stress(l, 2) = map(l, 1, 2)*s1 + map(l, 2, 2)*s2 + map(l, 3, 2)*s3
+         stress(l, 3) = map(l, 1, 3)*s1 + map(l, 2, 3)*s2 + map(l, 3, 3)*s3
       end do
    end subroutine pull_back_stress
 
@@ -68,18 +78,31 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in) :: map(n, 3, 3), factor(n)
       real(wp), intent(inout) :: tangent(n, 6)
-      real(wp) :: t(n, 3, 3)
-      integer :: i, j, p
-      do j = 1, 3
-         do i = 1, 3
-            t(:, i, j) = tangent(:, pack(i, 1))*map(:, 1, j) + tangent(:, pack(i, 2))*map(:, 2, j) &
-               + tangent(:, pack(i, 3))*map(:, 3, j)
-         end do
-      end do
-      do p = 1, 6
-         i = row(p)
-         j = column(p)
-         tangent(:, p) = factor*(map(:, 1, i)*t(:, 1, j) + map(:, 2, i)*t(:, 2, j) + map(:, 3, i)*t(:, 3, j))
+      real(wp) :: d11, d22, d33, d12, d13, d23, t1, t2, t3
+      integer :: l
+      !GCC$ ivdep
+      do l = 1, n
+         d11 = factor(l)*tangent(l, 1)
+         d22 = factor(l)*tangent(l, 2)
+         d33 = factor(l)*tangent(l, 3)
+         d12 = factor(l)*tangent(l, 4)
+         d13 = factor(l)*tangent(l, 5)
+         d23 = factor(l)*tangent(l, 6)
+         t1 = d11*map(l, 1, 1) + d12*map(l, 2, 1) + d13*map(l, 3, 1)
+         t2 = d12*map(l, 1, 1) + d22*map(l, 2, 1) + d23*map(l, 3, 1)
+         t3 = d13*map(l, 1, 1) + d23*map(l, 2, 1) + d33*map(l, 3, 1)
+         tangent(l, 1) = map(l, 1, 1)*t1 + map(l, 2, 1)*t2 + map(l, 3, 1)*t3
+         tangent(l, 4) = map(l, 1, 2)*t1 + map(l, 2, 2)*t2 + map(l, 3, 2)*t3
+         tangent(l, 5) = map(l, 1, 3)*t1 + map(l, 2, 3)*t2 + map(l, 3, 3)*t3
+         t1 = d11*map(l, 1, 2) + d12*map(l, 2, 2) + d13*map(l, 3, 2)
+         t2 = d12*map(l, 1, 2) + d22*map(l, 2, 2) + d23*map(l, 3, 2)
+         t3 = d13*map(l, 1, 2) + d23*map(l, 2, 2) + d33*map(l, 3, 2)
+         tangent(l, 2) = map(l, 1, 2)*t1 + map(l, 2, 2)*t2 + map(l, 3, 2)*t3
+         tangent(l, 6) = map(l, 1, 3)*t1 + map(l, 2, 3)*t2 + map(l, 3, 3)*t3
+         t1 = d11*map(l, 1, 3) + d12*map(l, 2, 3) + d13*map(l, 3, 3)
+         t2 = d12*map(l, 1, 3) + d22*map(l, 2, 3) + d23*map(l, 3, 3)
+         t3 = d13*map(l, 1, 3) + d23*map(l, 2, 3) + d33*map(l, 3, 3)
+         tangent(l, 3) = map(l, 1, 3)*t1 + map(l, 2, 3)*t2 + map(l, 3, 3)*t3
       end do
    end subroutine pull_back_tangent
 end module finshell_metric_change

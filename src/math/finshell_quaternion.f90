@@ -6,7 +6,7 @@ module finshell_quaternion
    private
    public :: identity_quaternion, quaternion_product, quaternion_conjugate, quaternion_normalise
    public :: quaternion_to_matrix, matrix_to_quaternion, rotation_vector_to_quaternion, quaternion_to_rotation_vector
-   public :: update_quaternion
+   public :: turn_quaternions, update_quaternion
 
    real(wp), parameter :: identity_quaternion(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
@@ -21,6 +21,26 @@ contains
       c(3) = a(1)*b(3) + b(1)*a(3) + (a(4)*b(2) - a(2)*b(4))
       c(4) = a(1)*b(4) + b(1)*a(4) + (a(2)*b(3) - a(3)*b(2))
    end function quaternion_product
+
+   !> Each q becomes the product q b, `quaternion_product` side by side.
+   pure subroutine turn_quaternions(n, q, b)
+      integer, intent(in) :: n
+      real(wp), intent(inout) :: q(n, 4)
+      real(wp), intent(in) :: b(n, 4)
+      real(wp) :: a1, a2, a3, a4
+      integer :: l
+      !GCC$ ivdep
+      do l = 1, n
+         a1 = q(l, 1)
+         a2 = q(l, 2)
+         a3 = q(l, 3)
+         a4 = q(l, 4)
+         q(l, 1) = a1*b(l, 1) - (a2*b(l, 2) + a3*b(l, 3) + a4*b(l, 4))
+         q(l, 2) = a1*b(l, 2) + b(l, 1)*a2 + (a3*b(l, 4) - a4*b(l, 3))
+         q(l, 3) = a1*b(l, 3) + b(l, 1)*a3 + (a4*b(l, 2) - a2*b(l, 4))
+         q(l, 4) = a1*b(l, 4) + b(l, 1)*a4 + (a2*b(l, 3) - a3*b(l, 2))
+      end do
+   end subroutine turn_quaternions
 
    !> The inverse rotation.
    pure function quaternion_conjugate(q) result(c)

@@ -1,4 +1,4 @@
-!> Sorting permutations: stable merge sort, n log n in the worst case. Used to find shared edges, duplicate nodes and node tags.
+!> Sorting permutations: a stable radix sort, of n times at most six steps. Used to find shared edges, duplicate nodes and node tags.
 module finshell_mesh_sorting
    use finshell_kinds, only: dp, i8
    implicit none
@@ -13,48 +13,55 @@ module finshell_mesh_sorting
 
 contains
 
+   !> Digit by digit from the lowest on, which keeps equal ones in order; digits in which no two keys differ are passed over.
    pure function sorted_order_integer(keys) result(order)
       integer(i8), intent(in) :: keys(:)
       integer, allocatable :: order(:)
+      integer, parameter :: width = 11
+      integer(i8), parameter :: sign = ishft(1_i8, 63) !< turned round, so that negative keys come first
+      integer(i8), allocatable :: rest(:), moved(:)
       integer, allocatable :: work(:)
-      integer :: n, width, first, middle, last, i, j, k
+      integer(i8) :: differ
+      integer :: place(0:2**width), bits, digit, i, shift
 
-      n = size(keys)
-      order = [(i, i=1, n)]
-      allocate (work(n))
-      width = 1
-      do while (width < n)
-         do first = 1, n, 2*width
-            middle = min(first + width, n + 1)
-            last = min(first + 2*width, n + 1)
-            i = first
-            j = middle
-            do k = first, last - 1
-               if (takes_left(i, j, middle, last)) then
-                  work(k) = order(i)
-                  i = i + 1
-               else
-                  work(k) = order(j)
-                  j = j + 1
-               end if
-            end do
+      order = [(i, i=1, size(keys))]
+      if (size(keys) < 2) return
+      differ = 0
+      do i = 2, size(keys)
+         differ = ior(differ, ieor(keys(i), keys(1)))
+      end do
+      rest = ieor(keys, sign)
+      allocate (moved(size(keys)), work(size(keys)))
+      do shift = 0, 63, width
+         bits = min(width, 64 - shift)
+         if (ibits(differ, shift, bits) == 0) cycle
+         place = 0
+         do i = 1, size(rest)
+            digit = int(ibits(rest(i), shift, bits)) + 1
+            place(digit) = place(digit) + 1
          end do
+         do digit = 1, 2**bits
+            place(digit) = place(digit) + place(digit - 1)
+         end do
+         do i = 1, size(rest)
+            digit = int(ibits(rest(i), shift, bits))
+            place(digit) = place(digit) + 1
+            moved(place(digit)) = rest(i)
+            work(place(digit)) = order(i)
+         end do
+         call swap(rest, moved)
          order = work
-         width = 2*width
       end do
 
    contains
 
-      pure logical function takes_left(i, j, middle, last)
-         integer, intent(in) :: i, j, middle, last
-         if (i >= middle) then
-            takes_left = .false.
-         else if (j >= last) then
-            takes_left = .true.
-         else
-            takes_left = keys(order(i)) <= keys(order(j))
-         end if
-      end function takes_left
+      pure subroutine swap(a, b)
+         integer(i8), allocatable, intent(inout) :: a(:), b(:)
+         integer(i8), allocatable :: c(:)
+         call move_alloc(a, c)
+         call move_alloc(b, a)
+         call move_alloc(c, b)
+      end subroutine swap
    end function sorted_order_integer
 
    !> Numbers are sorted by their bits, which ascend as the numbers do once those of negative ones are turned round.

@@ -65,17 +65,16 @@ contains
    pure subroutine exact_normals(mesh, normal)
       type(mesh_t), intent(in) :: mesh !< its normal is allocated
       real(wp), allocatable, intent(out) :: normal(:, :, :) !< (3, 3, elements): component, node, element
+      real(wp) :: sense
       integer :: e, k
       allocate (normal(3, 3, size(mesh%triangles, 2)))
       do e = 1, size(mesh%triangles, 2)
-         associate (n => mesh%normal(:, mesh%triangles(:, e)))
-            normal(:, :, e) = n
-            if (dot_product(sum(n, dim=2), facet_normal(mesh, e)) < 0) normal(:, :, e) = -n
-         end associate
-      end do
-      do e = 1, size(normal, 3)
          do k = 1, 3
-            normal(:, k, e) = normal(:, k, e)/norm2(normal(:, k, e))
+            normal(:, k, e) = mesh%normal(:, mesh%triangles(k, e))
+         end do
+         sense = sign(1.0_wp, dot_product(sum(normal(:, :, e), dim=2), facet_normal(mesh, e)))
+         do k = 1, 3
+            normal(:, k, e) = normal(:, k, e)*(sense/norm2(normal(:, k, e)))
          end do
       end do
    end subroutine exact_normals

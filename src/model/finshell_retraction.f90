@@ -45,17 +45,20 @@ contains
    pure subroutine new_retraction(self, structure)
       type(retraction_t), intent(out) :: self
       type(structure_t), intent(in) :: structure
-      real(wp) :: total(size(structure%mesh%coordinates, 2)), x(3, 3), longest, area, ratio
-      integer :: i
+      real(wp), allocatable :: total(:)
+      real(wp) :: x(3, 3), longest, area, ratio
+      integer :: i, k
 
       associate (mesh => structure%mesh)
          allocate (self%share(3, size(mesh%triangles, 2)))
-         total = 0
+         allocate (total(size(mesh%coordinates, 2)), source=0.0_wp)
          do i = 1, size(mesh%triangles, 2)
             x = mesh%coordinates(:, mesh%triangles(:, i))
             longest = max(norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 2)), norm2(x(:, 1) - x(:, 3)))
             area = norm2(cross_product(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1)))
-            total(mesh%triangles(:, i)) = total(mesh%triangles(:, i)) + area
+            do k = 1, 3
+               total(mesh%triangles(k, i)) = total(mesh%triangles(k, i)) + area
+            end do
             associate (section => structure%sections(structure%element_section(i)))
                ratio = 0
                if (longest > 0 .and. .not. section%membrane) ratio = thickness_of(structure, i)/longest
@@ -63,7 +66,9 @@ contains
             self%share(:, i) = area*min(max((ratio - from_ratio)/(to_ratio - from_ratio), 0.0_wp), 1.0_wp)
          end do
          do i = 1, size(mesh%triangles, 2)
-            where (total(mesh%triangles(:, i)) > 0) self%share(:, i) = self%share(:, i)/total(mesh%triangles(:, i))
+            do k = 1, 3
+               if (total(mesh%triangles(k, i)) > 0) self%share(k, i) = self%share(k, i)/total(mesh%triangles(k, i))
+            end do
          end do
       end associate
       self%any = any(self%share > 0)

@@ -86,15 +86,8 @@ contains
       if (.not. again .and. ramping == by_load_factor) call self%account%begin()
       if (.not. again) call self%ramps_before(problem, step, observer, error, ramping)
       if (allocated(error)) return
-      if (allocated(step%volumes)) then
-         call problem%watch_volume(error, step%element_set)
-         if (allocated(error)) return
-      else if (allocated(step%node_set)) then
-         call problem%watch(step%node_set, step%component, error)
-         if (allocated(error)) return
-      else if (allocated(problem%watched)) then
-         deallocate (problem%watched)
-      end if
+      call problem%watch_step(step, error)
+      if (allocated(error)) return
       if (again) then
          targets = self%targets
          targets%largest_size = abs(step%largest_increment)

@@ -8,6 +8,7 @@ module finshell_problem
    use finshell_error, only: error_t, raise
    use finshell_factor, only: factor_at
    use finshell_state, only: state_t
+   use finshell_step, only: step_t
    use finshell_convergence, only: residual_ratios
    use finshell_equations, only: field_rotation
    use finshell_balance, only: balance_t, tangent_of, tangent_t
@@ -71,6 +72,7 @@ module finshell_problem
       procedure(watch_interface), deferred :: watch
       procedure(monitored_interface), deferred :: monitored
       procedure :: watch_volume
+      procedure :: watch_step
       procedure :: monitored_or_zero
       procedure :: watched_or_empty
       procedure :: balance
@@ -172,6 +174,20 @@ contains
          call raise(error, status_invalid_argument, 'step: there is no volume to monitor')
       end if
    end subroutine watch_volume
+
+   !> Monitor what a step prescribes or arc-length follows; nothing where it has neither.
+   subroutine watch_step(self, step, error)
+      class(problem_t), intent(inout) :: self
+      type(step_t), intent(in) :: step
+      type(error_t), allocatable, intent(out) :: error
+      if (allocated(step%volumes)) then
+         call self%watch_volume(error, step%element_set)
+      else if (allocated(step%node_set)) then
+         call self%watch(step%node_set, step%component, error)
+      else if (allocated(self%watched)) then
+         deallocate (self%watched)
+      end if
+   end subroutine watch_step
 
    !> Energy balance from `base` to `state`, between which one factor has changed. To be overridden by problems that know their
    !> energy.

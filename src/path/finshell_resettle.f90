@@ -46,11 +46,7 @@ contains
       integer :: attempt, pivots
       logical :: doubtful, rescued
 
-      if (allocated(step%volumes)) then
-         call problem%watch_volume(error, step%element_set)
-      else if (allocated(step%node_set)) then
-         call problem%watch(step%node_set, step%component, error)
-      end if
+      call problem%watch_step(step, error)
       if (allocated(error)) return
       whole = 0
       if (present(predicted)) whole = usual_increment*moved(problem, state)

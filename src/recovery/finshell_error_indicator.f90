@@ -6,7 +6,8 @@
 !> that no stiffness has to be inverted: sheets without any have errors too. Strains are those of the reference: nothing changes in
 !> rigid motions.
 module finshell_error_indicator
-   use finshell_discretisation, only: gather_elements, gathered_t
+   use finshell_assembly, only: paying_threads
+   use finshell_discretisation, only: at_once, gather_elements, gathered_t
    use finshell_batch, only: rotation_quaternion
    use finshell_equations, only: scatter
    use finshell_equilibrium, only: equilibrium_t
@@ -161,7 +162,7 @@ contains
       type(element_strains_t) :: part
       integer, allocatable :: list(:)
       logical :: with_stiffness
-      integer :: e, i, n, p, s
+      integer :: e, first, i, n, p, s
 
       with_stiffness = .true.
       if (present(stiff)) with_stiffness = stiff
@@ -171,21 +172,26 @@ contains
          if (with_stiffness) allocate (strains%stiffness(n_strains, n_strains, n))
          do s = 1, size(structure%sections)
             list = pack([(i, i=1, n)], structure%element_section == s)
-            if (size(list) == 0) cycle
-            call gather_elements(structure, state, list, g, problem%equations%held)
-            call recover_strains(structure%sections(s), size(list), g%x, g%u, g%q, rotation_quaternion, part, with_stiffness, &
-                                 g%direction, g%held, g%normal, g%thickness, g%offset, g%growth)
-            do i = 1, size(list)
-               e = list(i)
-               strains%axes(:, :, e) = part%axes(:, :, i)
-               strains%area(e) = part%area(i)
-               strains%energy(e) = part%energy(i)
-               strains%missing(e) = part%status(i) /= status_ok
-               do p = 1, 3
-                  strains%strain(:, p, e) = [part%membrane(:, i), part%curvature(:, p, i)]
-               end do
-               if (with_stiffness) strains%stiffness(:, :, e) = definite(part%stiffness(:, :, i))
+            !$omp parallel do schedule(dynamic) num_threads(paying_threads(size(list))) default(shared) private(g, part, e, i, p)
+            do first = 1, size(list), at_once
+               associate (mine => list(first:min(first + at_once - 1, size(list))))
+                  call gather_elements(structure, state, mine, g, problem%equations%held)
+                  call recover_strains(structure%sections(s), size(mine), g%x, g%u, g%q, rotation_quaternion, part, &
+                                       with_stiffness, g%direction, g%held, g%normal, g%thickness, g%offset, g%growth)
+                  do i = 1, size(mine)
+                     e = mine(i)
+                     strains%axes(:, :, e) = part%axes(:, :, i)
+                     strains%area(e) = part%area(i)
+                     strains%energy(e) = part%energy(i)
+                     strains%missing(e) = part%status(i) /= status_ok
+                     do p = 1, 3
+                        strains%strain(:, p, e) = [part%membrane(:, i), part%curvature(:, p, i)]
+                     end do
+                     if (with_stiffness) strains%stiffness(:, :, e) = definite(part%stiffness(:, :, i))
+                  end do
+               end associate
             end do
+            !$omp end parallel do
          end do
       end associate
    end subroutine strains_at

@@ -4,7 +4,8 @@
 !> section but beyond the integration points, which are all that equilibrium asks for.
 module finshell_recovery
    use finshell_kinds, only: wp, i4
-   use finshell_discretisation, only: gather_elements, gathered_t, recover_gathered
+   use finshell_assembly, only: paying_threads
+   use finshell_discretisation, only: at_once, gather_elements, gathered_t, recover_gathered
    use finshell_equilibrium, only: equilibrium_t
    use finshell_error_indicator, only: estimate_error, indicator_t
    use finshell_field_batch, only: element_field_t, element_fields, field_value, field_places, n_element_fields, change_quadratic, &
@@ -37,8 +38,6 @@ module finshell_recovery
       logical, allocatable :: missing(:, :) !< (place of a field, element)
       real(wp), allocatable :: frame(:, :, :) !< (3, 2, element)
    end type raw_t
-
-   integer, parameter :: at_once = 8192 !< elements gathered: as many as caches hold, enough for all threads
 
 contains
 
@@ -153,21 +152,21 @@ contains
          allocate (raw%values(rows, size(elements)), raw%missing(sum(places), size(elements)), raw%frame(3, 2, size(elements)))
          do s = 1, size(structure%sections)
             mine = pack([(i, i=1, size(elements))], structure%element_section(elements) == s)
+            !$omp parallel do schedule(dynamic) num_threads(paying_threads(size(mine))) default(shared) &
+            !$omp private(g, values, status, frame, i, last)
             do first = 1, size(mine), at_once
                last = min(first + at_once - 1, size(mine))
                call gather_elements(structure, state, elements(mine(first:last)), g, problem%equations%held)
-               if (allocated(values)) then
-                  if (size(values, 2) /= last - first + 1) deallocate (values, status, frame)
-               end if
-               if (.not. allocated(values)) &
-                  allocate (values(rows, last - first + 1), status(sum(places), last - first + 1), frame(3, 2, last - first + 1))
+               allocate (values(rows, last - first + 1), status(sum(places), last - first + 1), frame(3, 2, last - first + 1))
                call recover_gathered(structure%sections(s), g, entries, layers, values, status, frame)
                do i = first, last
                   raw%values(:, mine(i)) = values(:, i - first + 1)
                   raw%missing(:, mine(i)) = status(:, i - first + 1) /= status_ok
                   raw%frame(:, :, mine(i)) = frame(:, :, i - first + 1)
                end do
+               deallocate (values, status, frame)
             end do
+            !$omp end parallel do
          end do
       end associate
    end subroutine recover_at
