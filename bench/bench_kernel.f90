@@ -28,6 +28,7 @@ program bench_kernel
    class(material_t), allocatable :: law
    type(error_t), allocatable :: error
    real(wp), allocatable :: x(:, :, :), u(:, :, :), r(:, :, :), q(:, :, :), energy(:), force(:, :), tangent(:, :, :)
+   real(wp), allocatable :: normal(:, :, :) !< of curved references; else unallocated
    integer(i4), allocatable :: status(:)
    integer :: chunk = 64 !< elements per call, as a host assembles: outputs stay in the cache
    integer :: threads = 1
@@ -147,6 +148,12 @@ contains
       call report('rotation vectors', costs(rotation_vector))
       call use_section(formulation=formulation_p)
       call report('formulation (P)', costs(rotation_quaternion))
+      call use_section()
+      allocate (normal(3, 3, n))
+      normal(1:2, :, :) = x(1:2, :, :)/20 ! of a sphere of ten times the size
+      normal(3, :, :) = 1
+      call report('curved reference', costs(rotation_quaternion))
+      deallocate (normal)
       do i = 1, size(points)
          call use_section(thickness_points=points(i))
          write (name, '(a,i0)') 'thickness points: ', points(i)
@@ -230,7 +237,10 @@ contains
       integer :: first, last
       do first = offset + 1, offset + m, chunk
          last = min(offset + m, first + chunk - 1)
-         if (convention == rotation_quaternion) then
+         if (allocated(normal)) then
+            call evaluate_call(last - first + 1, x(:, :, first:last), u(:, :, first:last), q(:, :, first:last), convention, level, &
+                               normal(:, :, first:last))
+         else if (convention == rotation_quaternion) then
             call evaluate_call(last - first + 1, x(:, :, first:last), u(:, :, first:last), q(:, :, first:last), convention, level)
          else
             call evaluate_call(last - first + 1, x(:, :, first:last), u(:, :, first:last), r(:, :, first:last), convention, level)
@@ -238,17 +248,19 @@ contains
       end do
    end subroutine evaluate
 
-   subroutine evaluate_call(m, xm, um, rm, convention, level)
+   subroutine evaluate_call(m, xm, um, rm, convention, level, nm)
       integer, intent(in) :: m, convention, level
       real(wp), intent(in) :: xm(3, 3, m), um(3, 3, m), rm(:, :, :)
+      real(wp), intent(in), optional :: nm(3, 3, m)
       select case (level)
       case (level_tangent)
          call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), force(:, :m), tangent(:, :, :m), &
-                                threads=threads)
+                                threads=threads, normal=nm)
       case (level_force)
-         call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), force(:, :m), threads=threads)
+         call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), force(:, :m), threads=threads, &
+                                normal=nm)
       case default
-         call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), threads=threads)
+         call evaluate_elements(section, m, xm, um, rm, convention, status(:m), energy(:m), threads=threads, normal=nm)
       end select
    end subroutine evaluate_call
 

@@ -271,7 +271,7 @@ contains
             end if
             attempt = self%plan(problem, step, targets, no_landing)
             attempt%again = .true.
-            attempt%plain = mod(cuts, 2) == 1 ! what mixed Newton cannot reach, plain Newton may
+            attempt%plain = cuts > 1 .and. mod(cuts, 2) == 0 ! what mixed Newton cannot reach in a smaller one, plain Newton may
          end do
 
          record%cuts = cuts
