@@ -25,8 +25,8 @@ function(narrow_kernel variable)
     endif()
     set(output ${folder}/${file})
     list(APPEND outputs ${output})
-    # names are longer, hence lines too
-    set_source_files_properties(${output} PROPERTIES COMPILE_OPTIONS -ffree-line-length-none)
+    # names are longer, hence lines too; loops over the four rows of a register are to become vector instructions
+    set_source_files_properties(${output} PROPERTIES COMPILE_OPTIONS "-ffree-line-length-none;--param=max-completely-peel-times=3")
     if(file MATCHES "\\.F90$")
       set_source_files_properties(${output} PROPERTIES COMPILE_DEFINITIONS FINSHELL_NARROW)
     else()

@@ -80,7 +80,7 @@ contains
       real(wp) :: higher(lanes, 3, 3, 3), kh(lanes, 6), tau(lanes, 3), slope(lanes, 6)
       type(work_t) :: work
       type(strain_derivatives_t) :: derivatives
-      real(wp) :: membrane(lanes, 3, 3), arc(lanes, 3, 9)
+      real(wp) :: membrane(lanes, 3, 3), arc(lanes, 9, 3)
       real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes), beta0(lanes), thickness(lanes), area(lanes)
       real(wp) :: point_axes(points_per_block, 2), bend_there(points_per_block, 3)
       real(wp) :: membrane_change(points_per_block, 3), curvature_change(points_per_block, 3)

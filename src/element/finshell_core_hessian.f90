@@ -22,7 +22,7 @@ contains
       type(work_t), intent(in) :: w
       type(strain_derivatives_t), intent(in) :: der
       real(wp), intent(out) :: h(lanes, n_core, n_core) !< upper triangle
-      real(wp) :: d(lanes, 6, 3), s(lanes, 3, 3), t(lanes, 2, 3)
+      real(wp) :: d(lanes, 6, 3), s(lanes, 9, 3, 3), t(lanes, 9, 2, 3), part(lanes, 9)
       integer :: g, i, j, k, v
       h(:, :, 4:6) = 0
       h(:, 4:6, :) = 0
@@ -33,22 +33,31 @@ contains
          end do
       end do
       associate (dk => der%curvature, ds => der%slope)
-         do j = 1, 9
-            do g = 1, 3
-               s(:, 1, g) = d(:, 1, g)*dk(:, 1, j, g) + d(:, 4, g)*dk(:, 2, j, g) + d(:, 5, g)*dk(:, 3, j, g)
-               s(:, 2, g) = d(:, 4, g)*dk(:, 1, j, g) + d(:, 2, g)*dk(:, 2, j, g) + d(:, 6, g)*dk(:, 3, j, g)
-               s(:, 3, g) = d(:, 5, g)*dk(:, 1, j, g) + d(:, 6, g)*dk(:, 2, j, g) + d(:, 3, g)*dk(:, 3, j, g)
-               t(:, 1, g) = w%slope_n(:, 1, g)*ds(:, 1, j, g) + w%slope_n(:, 3, g)*ds(:, 2, j, g)
-               t(:, 2, g) = w%slope_n(:, 3, g)*ds(:, 1, j, g) + w%slope_n(:, 2, g)*ds(:, 2, j, g)
+         do g = 1, 3
+            do j = 1, 9
+               s(:, j, 1, g) = d(:, 1, g)*dk(:, j, 1, g) + d(:, 4, g)*dk(:, j, 2, g) + d(:, 5, g)*dk(:, j, 3, g)
+               s(:, j, 2, g) = d(:, 4, g)*dk(:, j, 1, g) + d(:, 2, g)*dk(:, j, 2, g) + d(:, 6, g)*dk(:, j, 3, g)
+               s(:, j, 3, g) = d(:, 5, g)*dk(:, j, 1, g) + d(:, 6, g)*dk(:, j, 2, g) + d(:, 3, g)*dk(:, j, 3, g)
+               t(:, j, 1, g) = w%slope_n(:, 1, g)*ds(:, j, 1, g) + w%slope_n(:, 3, g)*ds(:, j, 2, g)
+               t(:, j, 2, g) = w%slope_n(:, 3, g)*ds(:, j, 1, g) + w%slope_n(:, 2, g)*ds(:, j, 2, g)
             end do
-            do i = 1, j
-               h(:, variable(i), variable(j)) = &
-                  (dk(:, 1, i, 1)*s(:, 1, 1) + dk(:, 2, i, 1)*s(:, 2, 1) + dk(:, 3, i, 1)*s(:, 3, 1) &
-                   + ds(:, 1, i, 1)*t(:, 1, 1) + ds(:, 2, i, 1)*t(:, 2, 1)) &
-                  + (dk(:, 1, i, 2)*s(:, 1, 2) + dk(:, 2, i, 2)*s(:, 2, 2) + dk(:, 3, i, 2)*s(:, 3, 2) &
-                     + ds(:, 1, i, 2)*t(:, 1, 2) + ds(:, 2, i, 2)*t(:, 2, 2)) &
-                  + (dk(:, 1, i, 3)*s(:, 1, 3) + dk(:, 2, i, 3)*s(:, 2, 3) + dk(:, 3, i, 3)*s(:, 3, 3) &
-                     + ds(:, 1, i, 3)*t(:, 1, 3) + ds(:, 2, i, 3)*t(:, 2, 3))
+         end do
+         do j = 1, 9
+            do i = 1, merge(9, j, lanes == 1)
+               part(:, i) = &
+                  (dk(:, i, 1, 1)*s(:, j, 1, 1) + dk(:, i, 2, 1)*s(:, j, 2, 1) + dk(:, i, 3, 1)*s(:, j, 3, 1) &
+                   + ds(:, i, 1, 1)*t(:, j, 1, 1) + ds(:, i, 2, 1)*t(:, j, 2, 1)) &
+                  + (dk(:, i, 1, 2)*s(:, j, 1, 2) + dk(:, i, 2, 2)*s(:, j, 2, 2) + dk(:, i, 3, 2)*s(:, j, 3, 2) &
+                     + ds(:, i, 1, 2)*t(:, j, 1, 2) + ds(:, i, 2, 2)*t(:, j, 2, 2)) &
+                  + (dk(:, i, 1, 3)*s(:, j, 1, 3) + dk(:, i, 2, 3)*s(:, j, 2, 3) + dk(:, i, 3, 3)*s(:, j, 3, 3) &
+                     + ds(:, i, 1, 3)*t(:, j, 1, 3) + ds(:, i, 2, 3)*t(:, j, 2, 3))
+            end do
+            do i = 1, merge(3, j, lanes == 1)
+               h(:, variable(i), variable(j)) = part(:, i)
+            end do
+            if (lanes > 1) cycle
+            do i = 4, 9
+               h(:, 3 + i, variable(j)) = part(:, i)
             end do
          end do
       end associate
@@ -59,10 +68,10 @@ contains
       real(wp), intent(in) :: weight(lanes)
       type(resultants_t), intent(in) :: r
       type(strain_derivatives_t), intent(in) :: der
-      real(wp), intent(in) :: arc(lanes, 3, 9) !< what the derivatives of V/2 meet through M
+      real(wp), intent(in) :: arc(lanes, 9, 3) !< what the derivatives of V/2 meet through M
       logical, intent(in) :: curved !< the reference
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
-      real(wp) :: a(lanes, 6), b(lanes, 6), y(lanes, 3, 9)
+      real(wp) :: a(lanes, 6), b(lanes, 6), y(lanes, 9, 3)
       integer :: g, j, k, v
 
       y = 0
@@ -75,9 +84,9 @@ contains
          end do
          associate (dk => der%curvature(:, :, :, g))
             do j = 1, 9
-               y(:, 1, j) = y(:, 1, j) - (b(:, 1)*dk(:, 1, j) + b(:, 4)*dk(:, 2, j) + b(:, 5)*dk(:, 3, j))
-               y(:, 2, j) = y(:, 2, j) - (b(:, 4)*dk(:, 1, j) + b(:, 2)*dk(:, 2, j) + b(:, 6)*dk(:, 3, j))
-               y(:, 3, j) = y(:, 3, j) - (b(:, 5)*dk(:, 1, j) + b(:, 6)*dk(:, 2, j) + b(:, 3)*dk(:, 3, j))
+               y(:, j, 1) = y(:, j, 1) - (b(:, 1)*dk(:, j, 1) + b(:, 4)*dk(:, j, 2) + b(:, 5)*dk(:, j, 3))
+               y(:, j, 2) = y(:, j, 2) - (b(:, 4)*dk(:, j, 1) + b(:, 2)*dk(:, j, 2) + b(:, 6)*dk(:, j, 3))
+               y(:, j, 3) = y(:, j, 3) - (b(:, 5)*dk(:, j, 1) + b(:, 6)*dk(:, j, 2) + b(:, 3)*dk(:, j, 3))
             end do
          end associate
          if (g < 3 .and. der%groups == 1) cycle
@@ -89,61 +98,68 @@ contains
 
    !> dm A dm + dm y + y dm + dv s + s dv, m the membrane strain, v = V/2; with respect to the slopes dm = dv on a flat reference.
    pure subroutine membrane_products(a, y, dm, dv, s, curved, h)
-      real(wp), intent(in) :: a(lanes, 6), y(lanes, 3, 9), dm(lanes, 3, n_core), dv(lanes, 3, 9), s(lanes, 3, 9)
+      real(wp), intent(in) :: a(lanes, 6), y(lanes, 9, 3), dm(lanes, n_core, 3), dv(lanes, 9, 3), s(lanes, 9, 3)
       logical, intent(in) :: curved
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
-      real(wp) :: t(lanes, 3, n_core), ts(lanes, 3), ys(lanes, 3, 9), beside(lanes, 3, 9)
-      integer :: i, j
+      real(wp) :: t(lanes, n_core, 3), ts(lanes, 3), ys(lanes, 9, 3), beside(lanes, 9, 3)
+      integer :: i, j, v
       do j = 1, n_core
-         t(:, 1, j) = a(:, 1)*dm(:, 1, j) + a(:, 4)*dm(:, 2, j) + a(:, 5)*dm(:, 3, j)
-         t(:, 2, j) = a(:, 4)*dm(:, 1, j) + a(:, 2)*dm(:, 2, j) + a(:, 6)*dm(:, 3, j)
-         t(:, 3, j) = a(:, 5)*dm(:, 1, j) + a(:, 6)*dm(:, 2, j) + a(:, 3)*dm(:, 3, j)
+         t(:, j, 1) = a(:, 1)*dm(:, j, 1) + a(:, 4)*dm(:, j, 2) + a(:, 5)*dm(:, j, 3)
+         t(:, j, 2) = a(:, 4)*dm(:, j, 1) + a(:, 2)*dm(:, j, 2) + a(:, 6)*dm(:, j, 3)
+         t(:, j, 3) = a(:, 5)*dm(:, j, 1) + a(:, 6)*dm(:, j, 2) + a(:, 3)*dm(:, j, 3)
       end do
-      do j = 1, 9
-         t(:, :, variable(j)) = t(:, :, variable(j)) + y(:, :, j)
-         ys(:, :, j) = y(:, :, j) + s(:, :, j)
+      do v = 1, 3
+         do j = 1, 3
+            t(:, j, v) = t(:, j, v) + y(:, j, v)
+         end do
+         do j = 4, 9
+            t(:, j + 3, v) = t(:, j + 3, v) + y(:, j, v)
+         end do
+         do j = 1, 9
+            ys(:, j, v) = y(:, j, v) + s(:, j, v)
+         end do
       end do
       do j = 1, 3
          do i = 1, j
-            h(:, i, j) = h(:, i, j) + (dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)) &
-               + (y(:, 1, i)*dm(:, 1, j) + y(:, 2, i)*dm(:, 2, j) + y(:, 3, i)*dm(:, 3, j)) &
-               + (dv(:, 1, i)*s(:, 1, j) + dv(:, 2, i)*s(:, 2, j) + dv(:, 3, i)*s(:, 3, j)) &
-               + (s(:, 1, i)*dv(:, 1, j) + s(:, 2, i)*dv(:, 2, j) + s(:, 3, i)*dv(:, 3, j))
+            h(:, i, j) = h(:, i, j) + (dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)) &
+               + (y(:, i, 1)*dm(:, j, 1) + y(:, i, 2)*dm(:, j, 2) + y(:, i, 3)*dm(:, j, 3)) &
+               + (dv(:, i, 1)*s(:, j, 1) + dv(:, i, 2)*s(:, j, 2) + dv(:, i, 3)*s(:, j, 3)) &
+               + (s(:, i, 1)*dv(:, j, 1) + s(:, i, 2)*dv(:, j, 2) + s(:, i, 3)*dv(:, j, 3))
          end do
       end do
       do j = 4, 6
          do i = 1, 3
-            h(:, i, j) = h(:, i, j) + (dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)) &
-               + (y(:, 1, i)*dm(:, 1, j) + y(:, 2, i)*dm(:, 2, j) + y(:, 3, i)*dm(:, 3, j))
+            h(:, i, j) = h(:, i, j) + (dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)) &
+               + (y(:, i, 1)*dm(:, j, 1) + y(:, i, 2)*dm(:, j, 2) + y(:, i, 3)*dm(:, j, 3))
          end do
          do i = 4, j
-            h(:, i, j) = h(:, i, j) + dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)
+            h(:, i, j) = h(:, i, j) + dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)
          end do
       end do
       do j = 7, n_core
          do i = 1, 3
-            h(:, i, j) = h(:, i, j) + (dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)) &
-               + (ys(:, 1, i)*dm(:, 1, j) + ys(:, 2, i)*dm(:, 2, j) + ys(:, 3, i)*dm(:, 3, j)) &
-               + (dv(:, 1, i)*s(:, 1, j - 3) + dv(:, 2, i)*s(:, 2, j - 3) + dv(:, 3, i)*s(:, 3, j - 3))
+            h(:, i, j) = h(:, i, j) + (dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)) &
+               + (ys(:, i, 1)*dm(:, j, 1) + ys(:, i, 2)*dm(:, j, 2) + ys(:, i, 3)*dm(:, j, 3)) &
+               + (dv(:, i, 1)*s(:, j - 3, 1) + dv(:, i, 2)*s(:, j - 3, 2) + dv(:, i, 3)*s(:, j - 3, 3))
          end do
          do i = 4, 6
-            h(:, i, j) = h(:, i, j) + dm(:, 1, i)*t(:, 1, j) + dm(:, 2, i)*t(:, 2, j) + dm(:, 3, i)*t(:, 3, j)
+            h(:, i, j) = h(:, i, j) + dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)
          end do
-         ts = t(:, :, j) + s(:, :, j - 3)
+         ts = t(:, j, :) + s(:, j - 3, :)
          do i = 7, j
-            h(:, i, j) = h(:, i, j) + (dm(:, 1, i)*ts(:, 1) + dm(:, 2, i)*ts(:, 2) + dm(:, 3, i)*ts(:, 3)) &
-               + (ys(:, 1, i - 3)*dm(:, 1, j) + ys(:, 2, i - 3)*dm(:, 2, j) + ys(:, 3, i - 3)*dm(:, 3, j))
+            h(:, i, j) = h(:, i, j) + (dm(:, i, 1)*ts(:, 1) + dm(:, i, 2)*ts(:, 2) + dm(:, i, 3)*ts(:, 3)) &
+               + (ys(:, i - 3, 1)*dm(:, j, 1) + ys(:, i - 3, 2)*dm(:, j, 2) + ys(:, i - 3, 3)*dm(:, j, 3))
          end do
       end do
       if (.not. curved) return
       ! s has met dm where it should have met dv
-      beside(:, :, 4:9) = dm(:, :, 7:12) - dv(:, :, 4:9)
+      beside(:, 4:9, :) = dm(:, 7:12, :) - dv(:, 4:9, :)
       do j = 4, 9
          do i = 1, j
             h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) &
-               - (s(:, 1, i)*beside(:, 1, j) + s(:, 2, i)*beside(:, 2, j) + s(:, 3, i)*beside(:, 3, j))
+               - (s(:, i, 1)*beside(:, j, 1) + s(:, i, 2)*beside(:, j, 2) + s(:, i, 3)*beside(:, j, 3))
             if (i > 3) h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) &
-               - (beside(:, 1, i)*s(:, 1, j) + beside(:, 2, i)*s(:, 2, j) + beside(:, 3, i)*s(:, 3, j))
+               - (beside(:, i, 1)*s(:, j, 1) + beside(:, i, 2)*s(:, j, 2) + beside(:, i, 3)*s(:, j, 3))
          end do
       end do
    end subroutine membrane_products
@@ -156,17 +172,17 @@ contains
       type(work_t), intent(in) :: w
       real(wp), intent(in) :: l(lanes), dl(lanes, 3), ddl(lanes, 6)
       type(strain_derivatives_t), intent(in) :: d
-      real(wp), intent(out) :: arc(lanes, 3, 9) !< l d sym(T C^-1): what the derivatives of V/2 meet
+      real(wp), intent(out) :: arc(lanes, 9, 3) !< l d sym(T C^-1): what the derivatives of V/2 meet
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
       real(wp) :: bending(lanes, 9), relative(lanes, 3)
       integer :: i, j, k
       do i = 1, 9
-         bending(:, i) = (w%moment(:, 1, 1)*d%curvature(:, 1, i, 1) + w%moment(:, 2, 1)*d%curvature(:, 2, i, 1) &
-                          + w%moment(:, 3, 1)*d%curvature(:, 3, i, 1)) &
-            + (w%moment(:, 1, 2)*d%curvature(:, 1, i, 2) + w%moment(:, 2, 2)*d%curvature(:, 2, i, 2) &
-               + w%moment(:, 3, 2)*d%curvature(:, 3, i, 2)) &
-            + (w%moment(:, 1, 3)*d%curvature(:, 1, i, 3) + w%moment(:, 2, 3)*d%curvature(:, 2, i, 3) &
-               + w%moment(:, 3, 3)*d%curvature(:, 3, i, 3))
+         bending(:, i) = (w%moment(:, 1, 1)*d%curvature(:, i, 1, 1) + w%moment(:, 2, 1)*d%curvature(:, i, 2, 1) &
+                          + w%moment(:, 3, 1)*d%curvature(:, i, 3, 1)) &
+            + (w%moment(:, 1, 2)*d%curvature(:, i, 1, 2) + w%moment(:, 2, 2)*d%curvature(:, i, 2, 2) &
+               + w%moment(:, 3, 2)*d%curvature(:, i, 3, 2)) &
+            + (w%moment(:, 1, 3)*d%curvature(:, i, 1, 3) + w%moment(:, 2, 3)*d%curvature(:, i, 2, 3) &
+               + w%moment(:, 3, 3)*d%curvature(:, i, 3, 3))
       end do
       do i = 1, 3
          relative(:, i) = dl(:, i)/l
@@ -196,7 +212,7 @@ contains
       type(work_t), intent(in) :: w
       real(wp), intent(in) :: l(lanes)
       type(strain_derivatives_t), intent(in) :: d
-      real(wp), intent(out) :: s(lanes, 3, 9) !< l d sym(T C^-1): what the derivatives of V/2 meet
+      real(wp), intent(out) :: s(lanes, 9, 3) !< l d sym(T C^-1): what the derivatives of V/2 meet
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
       real(wp) :: dt(lanes, 2, 2, 9) !< l dT
       real(wp) :: x(lanes, 2, 2), lz(lanes, 3)
@@ -205,9 +221,9 @@ contains
       call work_derivatives(ref, bend, w, l, dt)
       associate (ci => bend%c_inverse, k => d%metric)
          do i = 1, 9
-            s(:, 1, i) = dt(:, 1, 1, i)*ci(:, 1) + dt(:, 1, 2, i)*ci(:, 3)
-            s(:, 2, i) = dt(:, 2, 1, i)*ci(:, 3) + dt(:, 2, 2, i)*ci(:, 2)
-            s(:, 3, i) = 0.5_wp*(dt(:, 1, 1, i)*ci(:, 3) + dt(:, 1, 2, i)*ci(:, 2) &
+            s(:, i, 1) = dt(:, 1, 1, i)*ci(:, 1) + dt(:, 1, 2, i)*ci(:, 3)
+            s(:, i, 2) = dt(:, 2, 1, i)*ci(:, 3) + dt(:, 2, 2, i)*ci(:, 2)
+            s(:, i, 3) = 0.5_wp*(dt(:, 1, 1, i)*ci(:, 3) + dt(:, 1, 2, i)*ci(:, 2) &
                                  + dt(:, 2, 1, i)*ci(:, 1) + dt(:, 2, 2, i)*ci(:, 3))
          end do
          ! T dC^-1 = -X dC C^-1, X = T C^-1
@@ -216,13 +232,13 @@ contains
             x(:, a, 2) = l*(w%t(:, a, 1)*ci(:, 3) + w%t(:, a, 2)*ci(:, 2))
          end do
          s(:, 1, 1) = s(:, 1, 1) - 2*x(:, 1, 1)*ci(:, 1)
-         s(:, 2, 1) = s(:, 2, 1) - 2*x(:, 2, 1)*ci(:, 3)
-         s(:, 3, 1) = s(:, 3, 1) - x(:, 1, 1)*ci(:, 3) - x(:, 2, 1)*ci(:, 1)
-         s(:, 1, 2) = s(:, 1, 2) - 2*x(:, 1, 2)*ci(:, 3)
+         s(:, 1, 2) = s(:, 1, 2) - 2*x(:, 2, 1)*ci(:, 3)
+         s(:, 1, 3) = s(:, 1, 3) - x(:, 1, 1)*ci(:, 3) - x(:, 2, 1)*ci(:, 1)
+         s(:, 2, 1) = s(:, 2, 1) - 2*x(:, 1, 2)*ci(:, 3)
          s(:, 2, 2) = s(:, 2, 2) - 2*x(:, 2, 2)*ci(:, 2)
-         s(:, 3, 2) = s(:, 3, 2) - x(:, 1, 2)*ci(:, 2) - x(:, 2, 2)*ci(:, 3)
-         s(:, 1, 3) = s(:, 1, 3) - x(:, 1, 1)*ci(:, 3) - x(:, 1, 2)*ci(:, 1)
-         s(:, 2, 3) = s(:, 2, 3) - x(:, 2, 1)*ci(:, 2) - x(:, 2, 2)*ci(:, 3)
+         s(:, 2, 3) = s(:, 2, 3) - x(:, 1, 2)*ci(:, 2) - x(:, 2, 2)*ci(:, 3)
+         s(:, 3, 1) = s(:, 3, 1) - x(:, 1, 1)*ci(:, 3) - x(:, 1, 2)*ci(:, 1)
+         s(:, 3, 2) = s(:, 3, 2) - x(:, 2, 1)*ci(:, 2) - x(:, 2, 2)*ci(:, 3)
          s(:, 3, 3) = s(:, 3, 3) - 0.5_wp*(x(:, 1, 1)*ci(:, 2) + (x(:, 1, 2) + x(:, 2, 1))*ci(:, 3) + x(:, 2, 2)*ci(:, 1))
          ! 1/2 V dC^-1 and dT
          do j = 1, 9
