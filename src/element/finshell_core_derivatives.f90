@@ -2,7 +2,7 @@
 module finshell_core_derivatives
    use finshell_kinds, only: wp, lanes, rows_3
    use finshell_bending, only: bending_t
-   use finshell_core_strain, only: n_core, variable, total_drilling_matrix
+   use finshell_core_strain, only: n_core, rows_9, total_drilling_matrix
    use finshell_drilling, only: drilling_t
    use finshell_filter, only: filter_t, jacobian_gradient
    use finshell_kink, only: kink_t
@@ -11,7 +11,7 @@ module finshell_core_derivatives
    use finshell_voigt, only: pack
    implicit none
    private
-   public :: stress_t, strain_derivatives_t, strain_derivatives, strain_variation, predict
+   public :: stress_t, strain_derivatives_t, strain_derivatives, side_derivatives, strain_variation, predict
 
    !> Resultants at the points, kept by mixed-integration-point Newton from one iteration to the next.
    type :: stress_t
@@ -21,12 +21,12 @@ module finshell_core_derivatives
    !> First derivatives of the fields; the nine variables that bend are midsurface strain and slopes.
    type :: strain_derivatives_t
       integer :: groups !< points with a membrane strain of their own: 1 in (S), 3 in (P)
-      real(wp) :: slope(lanes, 9, 2, 3) !< of H (variable, component, point)
+      real(wp) :: slope(lanes, rows_9, 2, 3) !< of H (variable, component, point)
       real(wp) :: slope_side(lanes, 2, 3, 3) !< of H, with respect to beta_k p_k (component, side, point)
-      real(wp) :: slope_strain(lanes, 9, 3) !< of V/2, Voigt
-      real(wp) :: metric(lanes, 2, 2, 3) !< (S): 1/2 V dC^-1 (a, c, strain)
+      real(wp) :: slope_strain(lanes, rows_9, 3) !< of V/2, Voigt
+      real(wp) :: metric(lanes, rows_3, 2, 2) !< (S): 1/2 V dC^-1 (strain, a, c)
       real(wp) :: membrane(lanes, n_core, 3, 3) !< of the membrane strain (variable, component, group)
-      real(wp) :: curvature(lanes, 9, 3, 3) !< of l sym(M grad G), minus the curvature (variable, component, point)
+      real(wp) :: curvature(lanes, rows_9, 3, 3) !< of l sym(M grad G), minus the curvature (variable, component, point)
    end type strain_derivatives_t
 
 contains
@@ -41,7 +41,7 @@ contains
       type(drilling_t), intent(in) :: drill
       type(strain_derivatives_t), intent(inout) :: d
       type(kink_t), intent(in) :: kink
-      real(wp) :: y(lanes, 9, 2, 2)
+      real(wp) :: y(lanes, rows_9, 2, 2)
       integer :: i, j, point, v
 
       d%groups = merge(1, 3, stabilised)
@@ -53,18 +53,18 @@ contains
                d%membrane(:, i, v, 1) = d%slope_strain(:, i, v) + drill%strain_e(:, v, i)
             end do
             d%membrane(:, v, v, 1) = d%membrane(:, v, v, 1) + 1
-            d%membrane(:, 4, v, 1) = drill%strain_a(:, v, 1)
-            d%membrane(:, 5, v, 1) = drill%strain_a(:, v, 2)
-            d%membrane(:, 6, v, 1) = -drill%strain_a(:, v, 1) - drill%strain_a(:, v, 2)
-            do i = 7, n_core
-               d%membrane(:, i, v, 1) = d%slope_strain(:, i - 3, v)
+            d%membrane(:, 10, v, 1) = drill%strain_a(:, v, 1)
+            d%membrane(:, 11, v, 1) = drill%strain_a(:, v, 2)
+            d%membrane(:, 12, v, 1) = -drill%strain_a(:, v, 1) - drill%strain_a(:, v, 2)
+            do i = 4, 9
+               d%membrane(:, i, v, 1) = d%slope_strain(:, i, v)
             end do
          end do
          if (kink%any) then
             do i = 1, 9
                do v = 1, 3
                   do j = 1, 3
-                     d%membrane(:, variable(i), v, 1) = d%membrane(:, variable(i), v, 1) &
+                     d%membrane(:, i, v, 1) = d%membrane(:, i, v, 1) &
                         + drill%strain_a(:, v, j)*kink%derivative(:, j, i)
                   end do
                end do
@@ -80,7 +80,7 @@ contains
          call arc_derivatives(bend, l, d, y)
          do point = 1, 3
             associate (g => bend%gradient(:, :, :, point), dk => d%curvature(:, :, :, point))
-               do i = 1, 9
+               do i = 1, rows_9
                   dk(:, i, 1) = dk(:, i, 1) + (y(:, i, 1, 1)*g(:, 1, 1) + y(:, i, 1, 2)*g(:, 2, 1))
                   dk(:, i, 2) = dk(:, i, 2) + (y(:, i, 2, 1)*g(:, 1, 2) + y(:, i, 2, 2)*g(:, 2, 2))
                   dk(:, i, 3) = dk(:, i, 3) + (y(:, i, 1, 1)*g(:, 1, 2) + y(:, i, 1, 2)*g(:, 2, 2) &
@@ -112,6 +112,7 @@ contains
             d%slope_side(:, 2, k, point) = n_side(k, point)*bend%turned(:, 2, k)
          end do
          do v = 1, 2
+            if (rows_9 > 9) d%slope(:, 10:rows_9, v, point) = 0
             do c = 1, rows_3
                d%slope(:, c, v, point) = d%slope_side(:, v, 1, point)*p(:, c, 1) + d%slope_side(:, v, 2, point)*p(:, c, 2) &
                   + d%slope_side(:, v, 3, point)*p(:, c, 3)
@@ -157,7 +158,7 @@ contains
       real(wp), parameter :: third = 1.0_wp/3
       integer :: a, i, k, node, v
       associate (h => bend%slope, dh => d%slope)
-         do i = 1, 9
+         do i = 1, rows_9
             d%slope_strain(:, i, 1) = third*(h(:, 1, 1)*dh(:, i, 1, 1) + h(:, 1, 2)*dh(:, i, 1, 2) + h(:, 1, 3)*dh(:, i, 1, 3))
             d%slope_strain(:, i, 2) = third*(h(:, 2, 1)*dh(:, i, 2, 1) + h(:, 2, 2)*dh(:, i, 2, 2) + h(:, 2, 3)*dh(:, i, 2, 3))
             d%slope_strain(:, i, 3) = third*(h(:, 1, 1)*dh(:, i, 2, 1) + h(:, 2, 1)*dh(:, i, 1, 1) &
@@ -190,9 +191,9 @@ contains
       do point = 1, 3
          associate (h => bend%slope(:, :, point), dh => d%slope(:, :, :, point))
             do i = 1, 9
-               d%membrane(:, variable(i), 1, point) = h(:, 1)*dh(:, i, 1)
-               d%membrane(:, variable(i), 2, point) = h(:, 2)*dh(:, i, 2)
-               d%membrane(:, variable(i), 3, point) = h(:, 1)*dh(:, i, 2) + h(:, 2)*dh(:, i, 1)
+               d%membrane(:, i, 1, point) = h(:, 1)*dh(:, i, 1)
+               d%membrane(:, i, 2, point) = h(:, 2)*dh(:, i, 2)
+               d%membrane(:, i, 3, point) = h(:, 1)*dh(:, i, 2) + h(:, 2)*dh(:, i, 1)
             end do
          end associate
          call total_drilling_matrix(ref, higher(:, :, :, point), b)
@@ -201,7 +202,7 @@ contains
             do v = 1, 3
                d%membrane(:, i, v, point) = d%membrane(:, i, v, point) &
                   + dj(:, i)*(b(:, v, 1)*tau(:, 1) + b(:, v, 2)*tau(:, 2) + b(:, v, 3)*tau(:, 3))
-               d%membrane(:, 3 + i, v, point) = filter%jacobian*b(:, v, i)
+               d%membrane(:, 9 + i, v, point) = filter%jacobian*b(:, v, i)
             end do
          end do
       end do
@@ -237,6 +238,7 @@ contains
             call symmetric_product(turned(:, :, k), ref%bubble(:, :, k, point), beta(:, :, k))
          end do
          do v = 1, 3
+            if (rows_9 > 9) d%curvature(:, 10:rows_9, v, point) = 0
             do c = 1, rows_3
                d%curvature(:, c, v, point) = beta(:, v, 1)*p(:, c, 1) + beta(:, v, 2)*p(:, c, 2) + beta(:, v, 3)*p(:, c, 3)
             end do
@@ -268,14 +270,14 @@ contains
       type(bending_t), intent(in) :: bend
       real(wp), intent(in) :: l(lanes)
       type(strain_derivatives_t), intent(inout) :: d
-      real(wp), intent(out) :: y(lanes, 9, 2, 2)
+      real(wp), intent(out) :: y(lanes, rows_9, 2, 2)
       real(wp) :: m(lanes, 2), lc(lanes, 3)
       integer :: a, i
       do i = 1, 3
          lc(:, i) = l*bend%c_inverse(:, i)
       end do
       associate (ci => bend%c_inverse, v => d%slope_strain)
-         do i = 1, 9
+         do i = 1, rows_9
             y(:, i, 1, 1) = v(:, i, 1)*lc(:, 1) + 0.5_wp*v(:, i, 3)*lc(:, 3)
             y(:, i, 1, 2) = v(:, i, 1)*lc(:, 3) + 0.5_wp*v(:, i, 3)*lc(:, 2)
             y(:, i, 2, 1) = 0.5_wp*v(:, i, 3)*lc(:, 1) + v(:, i, 2)*lc(:, 3)
@@ -285,18 +287,19 @@ contains
          do a = 1, 2
             m = bend%m(:, a, :)
             m(:, a) = m(:, a) - 1
-            d%metric(:, a, 1, 1) = -2*m(:, 1)*ci(:, 1)
-            d%metric(:, a, 2, 1) = -2*m(:, 1)*ci(:, 3)
-            d%metric(:, a, 1, 2) = -2*m(:, 2)*ci(:, 3)
-            d%metric(:, a, 2, 2) = -2*m(:, 2)*ci(:, 2)
-            d%metric(:, a, 1, 3) = -m(:, 1)*ci(:, 3) - m(:, 2)*ci(:, 1)
-            d%metric(:, a, 2, 3) = -m(:, 1)*ci(:, 2) - m(:, 2)*ci(:, 3)
+            d%metric(:, rows_3, a, :) = 0
+            d%metric(:, 1, a, 1) = -2*m(:, 1)*ci(:, 1)
+            d%metric(:, 1, a, 2) = -2*m(:, 1)*ci(:, 3)
+            d%metric(:, 2, a, 1) = -2*m(:, 2)*ci(:, 3)
+            d%metric(:, 2, a, 2) = -2*m(:, 2)*ci(:, 2)
+            d%metric(:, 3, a, 1) = -m(:, 1)*ci(:, 3) - m(:, 2)*ci(:, 1)
+            d%metric(:, 3, a, 2) = -m(:, 1)*ci(:, 2) - m(:, 2)*ci(:, 3)
          end do
       end associate
       do a = 1, 2
-         do i = 1, 3
-            y(:, i, a, 1) = y(:, i, a, 1) + l*d%metric(:, a, 1, i)
-            y(:, i, a, 2) = y(:, i, a, 2) + l*d%metric(:, a, 2, i)
+         do i = 1, rows_3
+            y(:, i, a, 1) = y(:, i, a, 1) + l*d%metric(:, i, a, 1)
+            y(:, i, a, 2) = y(:, i, a, 2) + l*d%metric(:, i, a, 2)
          end do
       end do
    end subroutine arc_derivatives
@@ -320,7 +323,7 @@ contains
          dk = 0
          do i = 1, 9
             do v = 1, 3
-               dk(:, v) = dk(:, v) - d%curvature(:, i, v, g)*variation(:, variable(i))
+               dk(:, v) = dk(:, v) - d%curvature(:, i, v, g)*variation(:, i)
             end do
          end do
          k = lanes*(g - 1)

@@ -77,7 +77,7 @@ contains
       end do
       do i = 1, 3
          do m = 1, 3
-            v = merge(3 + i, 3 + 2*i + m, m == 1)
+            v = merge(9 + i, 2*i + m, m == 1)
             variation(:, v) = variation(:, v) + a(:, 1, m, i)*y(:, 4 + 3*i) + a(:, 2, m, i)*y(:, 5 + 3*i) &
                + a(:, 3, m, i)*y(:, 6 + 3*i)
          end do
@@ -142,16 +142,16 @@ contains
                w(:, 2) = (filter%slope(:, 2, i) - a(:, 3, 2, i))*inverse
                w(:, 3) = -(t1*u12 + t2*u22 + a(:, 3, 3, i))*inverse
                do m = 1, 3
-                  v = merge(3 + i, 3 + 2*i + m, m == 1)
+                  v = merge(9 + i, 2*i + m, m == 1)
                   lf(:, 2, v) = w(:, m)
                   lf(:, 4, v) = -w(:, m)
                   lf(:, 3, v) = a(:, 2, m, i)*v11 - a(:, 1, m, i)*v12
                   lf(:, 6, v) = a(:, 2, m, i)*v12 - a(:, 1, m, i)*v22
                end do
-               lf(:, 1, 5 + 2*i) = -t2
-               lf(:, 4, 5 + 2*i) = lf(:, 4, 5 + 2*i) + t1
-               lf(:, 4, 6 + 2*i) = lf(:, 4, 6 + 2*i) - t2
-               lf(:, 5, 6 + 2*i) = t1
+               lf(:, 1, 2 + 2*i) = -t2
+               lf(:, 4, 2 + 2*i) = lf(:, 4, 2 + 2*i) + t1
+               lf(:, 4, 3 + 2*i) = lf(:, 4, 3 + 2*i) - t2
+               lf(:, 5, 3 + 2*i) = t1
             end associate
          end do
       end associate
@@ -170,8 +170,8 @@ contains
       end do
       do i = 1, 3
          do c = 1, rows_3
-            f(:, 3 + 3*i + c) = a(:, c, 1, i)*gradient(:, 3 + i) + a(:, c, 2, i)*gradient(:, 5 + 2*i) &
-               + a(:, c, 3, i)*gradient(:, 6 + 2*i)
+            f(:, 3 + 3*i + c) = a(:, c, 1, i)*gradient(:, 9 + i) + a(:, c, 2, i)*gradient(:, 2 + 2*i) &
+               + a(:, c, 3, i)*gradient(:, 3 + 2*i)
          end do
       end do
    end subroutine intermediate_force
@@ -185,79 +185,79 @@ contains
       integer, parameter :: first = merge(1, 4, lanes == 1)
       integer :: c, d, i, j, v
       do v = 1, n_core
-         s(:, v, 1) = hessian(:, v, 1)*lf(:, 1, 1) + hessian(:, v, 3)*lf(:, 1, 3) + hessian(:, v, 7)*lf(:, 1, 7) &
-            + hessian(:, v, 9)*lf(:, 1, 9) + hessian(:, v, 11)*lf(:, 1, 11)
-         s(:, v, 2) = hessian(:, v, 1)*lf(:, 2, 1) + hessian(:, v, 3)*lf(:, 2, 3) + hessian(:, v, 4)*lf(:, 2, 4) &
+         s(:, v, 1) = hessian(:, v, 1)*lf(:, 1, 1) + hessian(:, v, 3)*lf(:, 1, 3) + hessian(:, v, 4)*lf(:, 1, 4) &
+            + hessian(:, v, 6)*lf(:, 1, 6) + hessian(:, v, 8)*lf(:, 1, 8)
+         s(:, v, 2) = hessian(:, v, 1)*lf(:, 2, 1) + hessian(:, v, 3)*lf(:, 2, 3) + hessian(:, v, 10)*lf(:, 2, 10) &
+            + hessian(:, v, 11)*lf(:, 2, 11) + hessian(:, v, 12)*lf(:, 2, 12) + hessian(:, v, 4)*lf(:, 2, 4) &
             + hessian(:, v, 5)*lf(:, 2, 5) + hessian(:, v, 6)*lf(:, 2, 6) + hessian(:, v, 7)*lf(:, 2, 7) &
-            + hessian(:, v, 8)*lf(:, 2, 8) + hessian(:, v, 9)*lf(:, 2, 9) + hessian(:, v, 10)*lf(:, 2, 10) &
-            + hessian(:, v, 11)*lf(:, 2, 11) + hessian(:, v, 12)*lf(:, 2, 12)
-         s(:, v, 3) = hessian(:, v, 4)*lf(:, 3, 4) + hessian(:, v, 5)*lf(:, 3, 5) + hessian(:, v, 6)*lf(:, 3, 6) &
-            + hessian(:, v, 7)*lf(:, 3, 7) + hessian(:, v, 8)*lf(:, 3, 8) + hessian(:, v, 9)*lf(:, 3, 9) &
-            + hessian(:, v, 10)*lf(:, 3, 10) + hessian(:, v, 11)*lf(:, 3, 11) + hessian(:, v, 12)*lf(:, 3, 12)
-         s(:, v, 4) = hessian(:, v, 2)*lf(:, 4, 2) + hessian(:, v, 3)*lf(:, 4, 3) + hessian(:, v, 4)*lf(:, 4, 4) &
+            + hessian(:, v, 8)*lf(:, 2, 8) + hessian(:, v, 9)*lf(:, 2, 9)
+         s(:, v, 3) = hessian(:, v, 10)*lf(:, 3, 10) + hessian(:, v, 11)*lf(:, 3, 11) + hessian(:, v, 12)*lf(:, 3, 12) &
+            + hessian(:, v, 4)*lf(:, 3, 4) + hessian(:, v, 5)*lf(:, 3, 5) + hessian(:, v, 6)*lf(:, 3, 6) &
+            + hessian(:, v, 7)*lf(:, 3, 7) + hessian(:, v, 8)*lf(:, 3, 8) + hessian(:, v, 9)*lf(:, 3, 9)
+         s(:, v, 4) = hessian(:, v, 2)*lf(:, 4, 2) + hessian(:, v, 3)*lf(:, 4, 3) + hessian(:, v, 10)*lf(:, 4, 10) &
+            + hessian(:, v, 11)*lf(:, 4, 11) + hessian(:, v, 12)*lf(:, 4, 12) + hessian(:, v, 4)*lf(:, 4, 4) &
             + hessian(:, v, 5)*lf(:, 4, 5) + hessian(:, v, 6)*lf(:, 4, 6) + hessian(:, v, 7)*lf(:, 4, 7) &
-            + hessian(:, v, 8)*lf(:, 4, 8) + hessian(:, v, 9)*lf(:, 4, 9) + hessian(:, v, 10)*lf(:, 4, 10) &
-            + hessian(:, v, 11)*lf(:, 4, 11) + hessian(:, v, 12)*lf(:, 4, 12)
-         s(:, v, 5) = hessian(:, v, 2)*lf(:, 5, 2) + hessian(:, v, 3)*lf(:, 5, 3) + hessian(:, v, 8)*lf(:, 5, 8) &
-            + hessian(:, v, 10)*lf(:, 5, 10) + hessian(:, v, 12)*lf(:, 5, 12)
-         s(:, v, 6) = hessian(:, v, 4)*lf(:, 6, 4) + hessian(:, v, 5)*lf(:, 6, 5) + hessian(:, v, 6)*lf(:, 6, 6) &
-            + hessian(:, v, 7)*lf(:, 6, 7) + hessian(:, v, 8)*lf(:, 6, 8) + hessian(:, v, 9)*lf(:, 6, 9) &
-            + hessian(:, v, 10)*lf(:, 6, 10) + hessian(:, v, 11)*lf(:, 6, 11) + hessian(:, v, 12)*lf(:, 6, 12)
+            + hessian(:, v, 8)*lf(:, 4, 8) + hessian(:, v, 9)*lf(:, 4, 9)
+         s(:, v, 5) = hessian(:, v, 2)*lf(:, 5, 2) + hessian(:, v, 3)*lf(:, 5, 3) + hessian(:, v, 5)*lf(:, 5, 5) &
+            + hessian(:, v, 7)*lf(:, 5, 7) + hessian(:, v, 9)*lf(:, 5, 9)
+         s(:, v, 6) = hessian(:, v, 10)*lf(:, 6, 10) + hessian(:, v, 11)*lf(:, 6, 11) + hessian(:, v, 12)*lf(:, 6, 12) &
+            + hessian(:, v, 4)*lf(:, 6, 4) + hessian(:, v, 5)*lf(:, 6, 5) + hessian(:, v, 6)*lf(:, 6, 6) &
+            + hessian(:, v, 7)*lf(:, 6, 7) + hessian(:, v, 8)*lf(:, 6, 8) + hessian(:, v, 9)*lf(:, 6, 9)
       end do
       if (lanes == 1) then
          ! whole columns are contiguous
          do c = 1, 6
             do d = 1, rows_6
-               k(:, d, c) = lf(:, d, 1)*s(:, 1, c) + lf(:, d, 2)*s(:, 2, c) + lf(:, d, 3)*s(:, 3, c) + lf(:, d, 4)*s(:, 4, c) &
-                  + lf(:, d, 5)*s(:, 5, c) + lf(:, d, 6)*s(:, 6, c) + lf(:, d, 7)*s(:, 7, c) + lf(:, d, 8)*s(:, 8, c) &
-                  + lf(:, d, 9)*s(:, 9, c) + lf(:, d, 10)*s(:, 10, c) + lf(:, d, 11)*s(:, 11, c) + lf(:, d, 12)*s(:, 12, c)
+               k(:, d, c) = lf(:, d, 1)*s(:, 1, c) + lf(:, d, 2)*s(:, 2, c) + lf(:, d, 3)*s(:, 3, c) + lf(:, d, 10)*s(:, 10, c) &
+                  + lf(:, d, 11)*s(:, 11, c) + lf(:, d, 12)*s(:, 12, c) + lf(:, d, 4)*s(:, 4, c) + lf(:, d, 5)*s(:, 5, c) &
+                  + lf(:, d, 6)*s(:, 6, c) + lf(:, d, 7)*s(:, 7, c) + lf(:, d, 8)*s(:, 8, c) + lf(:, d, 9)*s(:, 9, c)
             end do
          end do
       else
          do c = 1, 6
-            k(:, 1, c) = s(:, 1, c)*lf(:, 1, 1) + s(:, 3, c)*lf(:, 1, 3) + s(:, 7, c)*lf(:, 1, 7) + s(:, 9, c)*lf(:, 1, 9) &
-               + s(:, 11, c)*lf(:, 1, 11)
+            k(:, 1, c) = s(:, 1, c)*lf(:, 1, 1) + s(:, 3, c)*lf(:, 1, 3) + s(:, 4, c)*lf(:, 1, 4) + s(:, 6, c)*lf(:, 1, 6) &
+               + s(:, 8, c)*lf(:, 1, 8)
          end do
          do c = 2, 6
-            k(:, 2, c) = s(:, 1, c)*lf(:, 2, 1) + s(:, 3, c)*lf(:, 2, 3) + s(:, 4, c)*lf(:, 2, 4) + s(:, 5, c)*lf(:, 2, 5) &
-               + s(:, 6, c)*lf(:, 2, 6) + s(:, 7, c)*lf(:, 2, 7) + s(:, 8, c)*lf(:, 2, 8) + s(:, 9, c)*lf(:, 2, 9) &
-               + s(:, 10, c)*lf(:, 2, 10) + s(:, 11, c)*lf(:, 2, 11) + s(:, 12, c)*lf(:, 2, 12)
+            k(:, 2, c) = s(:, 1, c)*lf(:, 2, 1) + s(:, 3, c)*lf(:, 2, 3) + s(:, 10, c)*lf(:, 2, 10) + s(:, 11, c)*lf(:, 2, 11) &
+               + s(:, 12, c)*lf(:, 2, 12) + s(:, 4, c)*lf(:, 2, 4) + s(:, 5, c)*lf(:, 2, 5) + s(:, 6, c)*lf(:, 2, 6) &
+               + s(:, 7, c)*lf(:, 2, 7) + s(:, 8, c)*lf(:, 2, 8) + s(:, 9, c)*lf(:, 2, 9)
          end do
          do c = 3, 6
-            k(:, 3, c) = s(:, 4, c)*lf(:, 3, 4) + s(:, 5, c)*lf(:, 3, 5) + s(:, 6, c)*lf(:, 3, 6) + s(:, 7, c)*lf(:, 3, 7) &
-               + s(:, 8, c)*lf(:, 3, 8) + s(:, 9, c)*lf(:, 3, 9) + s(:, 10, c)*lf(:, 3, 10) + s(:, 11, c)*lf(:, 3, 11) &
-               + s(:, 12, c)*lf(:, 3, 12)
+            k(:, 3, c) = s(:, 10, c)*lf(:, 3, 10) + s(:, 11, c)*lf(:, 3, 11) + s(:, 12, c)*lf(:, 3, 12) + s(:, 4, c)*lf(:, 3, 4) &
+               + s(:, 5, c)*lf(:, 3, 5) + s(:, 6, c)*lf(:, 3, 6) + s(:, 7, c)*lf(:, 3, 7) + s(:, 8, c)*lf(:, 3, 8) &
+               + s(:, 9, c)*lf(:, 3, 9)
          end do
          do c = 4, 6
-            k(:, 4, c) = s(:, 2, c)*lf(:, 4, 2) + s(:, 3, c)*lf(:, 4, 3) + s(:, 4, c)*lf(:, 4, 4) + s(:, 5, c)*lf(:, 4, 5) &
-               + s(:, 6, c)*lf(:, 4, 6) + s(:, 7, c)*lf(:, 4, 7) + s(:, 8, c)*lf(:, 4, 8) + s(:, 9, c)*lf(:, 4, 9) &
-               + s(:, 10, c)*lf(:, 4, 10) + s(:, 11, c)*lf(:, 4, 11) + s(:, 12, c)*lf(:, 4, 12)
+            k(:, 4, c) = s(:, 2, c)*lf(:, 4, 2) + s(:, 3, c)*lf(:, 4, 3) + s(:, 10, c)*lf(:, 4, 10) + s(:, 11, c)*lf(:, 4, 11) &
+               + s(:, 12, c)*lf(:, 4, 12) + s(:, 4, c)*lf(:, 4, 4) + s(:, 5, c)*lf(:, 4, 5) + s(:, 6, c)*lf(:, 4, 6) &
+               + s(:, 7, c)*lf(:, 4, 7) + s(:, 8, c)*lf(:, 4, 8) + s(:, 9, c)*lf(:, 4, 9)
          end do
          do c = 5, 6
-            k(:, 5, c) = s(:, 2, c)*lf(:, 5, 2) + s(:, 3, c)*lf(:, 5, 3) + s(:, 8, c)*lf(:, 5, 8) + s(:, 10, c)*lf(:, 5, 10) &
-               + s(:, 12, c)*lf(:, 5, 12)
+            k(:, 5, c) = s(:, 2, c)*lf(:, 5, 2) + s(:, 3, c)*lf(:, 5, 3) + s(:, 5, c)*lf(:, 5, 5) + s(:, 7, c)*lf(:, 5, 7) &
+               + s(:, 9, c)*lf(:, 5, 9)
          end do
-         k(:, 6, 6) = s(:, 4, 6)*lf(:, 6, 4) + s(:, 5, 6)*lf(:, 6, 5) + s(:, 6, 6)*lf(:, 6, 6) + s(:, 7, 6)*lf(:, 6, 7) &
-            + s(:, 8, 6)*lf(:, 6, 8) + s(:, 9, 6)*lf(:, 6, 9) + s(:, 10, 6)*lf(:, 6, 10) + s(:, 11, 6)*lf(:, 6, 11) &
-            + s(:, 12, 6)*lf(:, 6, 12)
+         k(:, 6, 6) = s(:, 10, 6)*lf(:, 6, 10) + s(:, 11, 6)*lf(:, 6, 11) + s(:, 12, 6)*lf(:, 6, 12) + s(:, 4, 6)*lf(:, 6, 4) &
+            + s(:, 5, 6)*lf(:, 6, 5) + s(:, 6, 6)*lf(:, 6, 6) + s(:, 7, 6)*lf(:, 6, 7) + s(:, 8, 6)*lf(:, 6, 8) &
+            + s(:, 9, 6)*lf(:, 6, 9)
       end if
       do c = 1, 6
          do i = 1, 3
             do d = 1, rows_3
-               k(:, 3 + 3*i + d, c) = a(:, d, 1, i)*s(:, 3 + i, c) + a(:, d, 2, i)*s(:, 5 + 2*i, c) + a(:, d, 3, i)*s(:, 6 + 2*i, c)
+               k(:, 3 + 3*i + d, c) = a(:, d, 1, i)*s(:, 9 + i, c) + a(:, d, 2, i)*s(:, 2 + 2*i, c) + a(:, d, 3, i)*s(:, 3 + 2*i, c)
             end do
          end do
       end do
       do j = 1, 3
          do c = 1, 3
             do v = first, n_core
-               t(:, v) = hessian(:, v, 3 + j)*a(:, c, 1, j) + hessian(:, v, 5 + 2*j)*a(:, c, 2, j) &
-                  + hessian(:, v, 6 + 2*j)*a(:, c, 3, j)
+               t(:, v) = hessian(:, v, 9 + j)*a(:, c, 1, j) + hessian(:, v, 2 + 2*j)*a(:, c, 2, j) &
+                  + hessian(:, v, 3 + 2*j)*a(:, c, 3, j)
             end do
             do i = 1, j
                do d = 1, merge(c, rows_3, i == j .and. lanes > 1)
-                  k(:, 3 + 3*i + d, 3 + 3*j + c) = a(:, d, 1, i)*t(:, 3 + i) + a(:, d, 2, i)*t(:, 5 + 2*i) &
-                     + a(:, d, 3, i)*t(:, 6 + 2*i)
+                  k(:, 3 + 3*i + d, 3 + 3*j + c) = a(:, d, 1, i)*t(:, 9 + i) + a(:, d, 2, i)*t(:, 2 + 2*i) &
+                     + a(:, d, 3, i)*t(:, 3 + 2*i)
                end do
             end do
          end do

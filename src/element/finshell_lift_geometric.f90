@@ -54,11 +54,11 @@ contains
          p22 = 0
          p12 = 0
          do i = 1, 3
-            associate (t => filter%theta(:, :, i), q1 => gradient(:, 5 + 2*i), q2 => gradient(:, 6 + 2*i), &
+            associate (t => filter%theta(:, :, i), q1 => gradient(:, 2 + 2*i), q2 => gradient(:, 3 + 2*i), &
                        mu => f(:, 4 + 3*i:6 + 3*i))
                m(:, 1) = q1*u12 + q2*u22
                m(:, 2) = -q1*u11 - q2*u12
-               m(:, 3) = gradient(:, 3 + i)
+               m(:, 3) = gradient(:, 9 + i)
                call rotation_hessian(t, filter%eta(:, i), filter%mu(:, i), m, h(:, :, :, i), l)
                moment = moment + mu
                p11 = p11 - q1*t(:, 2)
