@@ -216,11 +216,7 @@ contains
       else
          call paper_geometric(ref, filter, tau, higher, work, core%hessian)
       end if
-      do j = 1, n_core
-         do i = 1, j - 1
-            core%hessian(:, j, i) = core%hessian(:, i, j)
-         end do
-      end do
+      call mirror(core%hessian)
 
    contains
 
@@ -240,4 +236,23 @@ contains
       end subroutine gradient_of
    end subroutine evaluate_core
 
+   !> The lower triangle from the upper, by tiles of three rows and columns: the compiler unrolls them.
+   pure subroutine mirror(hessian)
+      real(wp), intent(inout) :: hessian(lanes, n_core, n_core)
+      integer :: c, d, i, j
+      do j = 0, n_core - 3, 3
+         do i = 0, j - 3, 3
+            do d = 1, 3
+               do c = 1, 3
+                  hessian(:, j + c, i + d) = hessian(:, i + d, j + c)
+               end do
+            end do
+         end do
+         do d = 1, 3
+            do c = d + 1, 3
+               hessian(:, j + c, j + d) = hessian(:, j + d, j + c)
+            end do
+         end do
+      end do
+   end subroutine mirror
 end module finshell_core

@@ -12,6 +12,9 @@ module finshell_core_hessian
    private
    public :: bending_hessian, curvature_hessian, membrane_hessian, bow_hessian
 
+   !> Rows of the upper triangle that are formed together: the four of a register, in a block all.
+   integer, parameter :: rows = merge(4, 9, lanes == 1)
+
 contains
 
    !> First derivatives of the curvature times section tangent times themselves; second derivatives of the slope strain on the
@@ -23,7 +26,7 @@ contains
       type(strain_derivatives_t), intent(in) :: der
       real(wp), intent(out) :: h(lanes, n_core, n_core) !< upper triangle
       real(wp) :: d(lanes, 6, 3), s(lanes, rows_9, 3, 3), t(lanes, rows_9, 2, 3)
-      integer :: g, i, j, k, v
+      integer :: first, g, i, j, k, v
       h(:, :, 10:12) = 0
       do g = 1, 3
          k = lanes*(g - 1)
@@ -41,15 +44,17 @@ contains
                t(:, j, 2, g) = w%slope_n(:, 3, g)*ds(:, j, 1, g) + w%slope_n(:, 2, g)*ds(:, j, 2, g)
             end do
          end do
-         do j = 1, 9
-            do i = 1, merge(rows_9, j, lanes == 1)
-               h(:, i, j) = &
-                  (dk(:, i, 1, 1)*s(:, j, 1, 1) + dk(:, i, 2, 1)*s(:, j, 2, 1) + dk(:, i, 3, 1)*s(:, j, 3, 1) &
-                   + ds(:, i, 1, 1)*t(:, j, 1, 1) + ds(:, i, 2, 1)*t(:, j, 2, 1)) &
-                  + (dk(:, i, 1, 2)*s(:, j, 1, 2) + dk(:, i, 2, 2)*s(:, j, 2, 2) + dk(:, i, 3, 2)*s(:, j, 3, 2) &
-                     + ds(:, i, 1, 2)*t(:, j, 1, 2) + ds(:, i, 2, 2)*t(:, j, 2, 2)) &
-                  + (dk(:, i, 1, 3)*s(:, j, 1, 3) + dk(:, i, 2, 3)*s(:, j, 2, 3) + dk(:, i, 3, 3)*s(:, j, 3, 3) &
-                     + ds(:, i, 1, 3)*t(:, j, 1, 3) + ds(:, i, 2, 3)*t(:, j, 2, 3))
+         do first = 1, 9, rows
+            do j = first, 9
+               do i = first, merge(first + rows - 1, j, lanes == 1)
+                  h(:, i, j) = &
+                     (dk(:, i, 1, 1)*s(:, j, 1, 1) + dk(:, i, 2, 1)*s(:, j, 2, 1) + dk(:, i, 3, 1)*s(:, j, 3, 1) &
+                      + ds(:, i, 1, 1)*t(:, j, 1, 1) + ds(:, i, 2, 1)*t(:, j, 2, 1)) &
+                     + (dk(:, i, 1, 2)*s(:, j, 1, 2) + dk(:, i, 2, 2)*s(:, j, 2, 2) + dk(:, i, 3, 2)*s(:, j, 3, 2) &
+                        + ds(:, i, 1, 2)*t(:, j, 1, 2) + ds(:, i, 2, 2)*t(:, j, 2, 2)) &
+                     + (dk(:, i, 1, 3)*s(:, j, 1, 3) + dk(:, i, 2, 3)*s(:, j, 2, 3) + dk(:, i, 3, 3)*s(:, j, 3, 3) &
+                        + ds(:, i, 1, 3)*t(:, j, 1, 3) + ds(:, i, 2, 3)*t(:, j, 2, 3))
+               end do
             end do
          end do
       end associate
@@ -94,7 +99,7 @@ contains
       logical, intent(in) :: curved
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
       real(wp) :: t(lanes, n_core, 3), ts(lanes, 3), ys(lanes, rows_9, 3), beside(lanes, rows_9, 3)
-      integer :: i, j, v
+      integer :: first, i, j, v
       do j = 1, n_core
          t(:, j, 1) = a(:, 1)*dm(:, j, 1) + a(:, 4)*dm(:, j, 2) + a(:, 5)*dm(:, j, 3)
          t(:, j, 2) = a(:, 4)*dm(:, j, 1) + a(:, 2)*dm(:, j, 2) + a(:, 6)*dm(:, j, 3)
@@ -111,13 +116,14 @@ contains
          end do
       end do
       if (lanes == 1) then
-         ! whole columns are contiguous
-         do j = 1, 9
-            do i = 1, rows_9
-               h(:, i, j) = h(:, i, j) + (dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)) &
-                  + (y(:, i, 1)*dm(:, j, 1) + y(:, i, 2)*dm(:, j, 2) + y(:, i, 3)*dm(:, j, 3)) &
-                  + (dv(:, i, 1)*s(:, j, 1) + dv(:, i, 2)*s(:, j, 2) + dv(:, i, 3)*s(:, j, 3)) &
-                  + (s(:, i, 1)*dv(:, j, 1) + s(:, i, 2)*dv(:, j, 2) + s(:, i, 3)*dv(:, j, 3))
+         do first = 1, 9, rows
+            do j = first, 9
+               do i = first, first + rows - 1
+                  h(:, i, j) = h(:, i, j) + (dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)) &
+                     + (y(:, i, 1)*dm(:, j, 1) + y(:, i, 2)*dm(:, j, 2) + y(:, i, 3)*dm(:, j, 3)) &
+                     + (dv(:, i, 1)*s(:, j, 1) + dv(:, i, 2)*s(:, j, 2) + dv(:, i, 3)*s(:, j, 3)) &
+                     + (s(:, i, 1)*dv(:, j, 1) + s(:, i, 2)*dv(:, j, 2) + s(:, i, 3)*dv(:, j, 3))
+               end do
             end do
          end do
          return
