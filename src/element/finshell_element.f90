@@ -57,7 +57,7 @@ contains
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       type(block_t), intent(in) :: block
       real(wp), intent(inout) :: energy(lanes), force(lanes, n_shell)
-      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell)
       integer(i4), intent(out) :: status(lanes)
       type(stress_t), intent(in), optional :: stress !< resultants for the geometric part of the tangent
       type(point_states_t), intent(inout), optional :: states !< of laws with states
@@ -86,7 +86,7 @@ contains
       integer, intent(in) :: level !< level_energy: the volume, level_force or level_tangent
       type(block_t), intent(in) :: block
       real(wp), intent(inout) :: volume(lanes), force(lanes, n_shell)
-      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell)
       integer(i4), intent(out) :: status(lanes)
       type(reference_t) :: ref
       type(turned_t) :: turned

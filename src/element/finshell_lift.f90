@@ -33,7 +33,7 @@ contains
       real(wp), intent(in) :: node_frame(lanes, rows_3, 3, 0:3)
       real(wp), intent(inout) :: force(lanes, n_shell)
       real(wp), intent(inout) :: moment(lanes, 3, 3) !< nodal moments conjugate to spins (global component, node)
-      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle only
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell)
       real(wp) :: h(lanes, rows_3, 3, 3) !< H_i (column, row, node)
       real(wp) :: a(lanes, rows_3, 3, 3) !< d(tau_i, G_i1, G_i2)/dx_i (column, row, node)
       real(wp) :: lf(lanes, rows_6, n_core) !< d(core)/dy (column, row)
@@ -321,6 +321,7 @@ contains
                   end do
                   do c = 1, merge(d, 3, i == j)
                      tangent(:, n_nodal*(i - 1) + c, n_nodal*(j - 1) + d) = t(:, c)
+                     tangent(:, n_nodal*(j - 1) + d, n_nodal*(i - 1) + c) = t(:, c)
                   end do
                end do
             end do
@@ -335,11 +336,8 @@ contains
                      t(:, d) = gradient(:, 1, i)*b(:, d, c, 1) + gradient(:, 2, i)*b(:, d, c, 2)
                   end do
                   do d = 1, 3
-                     if (i <= j) then
-                        tangent(:, n_nodal*(i - 1) + c, n_nodal*(j - 1) + uz + d) = t(:, d)
-                     else
-                        tangent(:, n_nodal*(j - 1) + uz + d, n_nodal*(i - 1) + c) = t(:, d)
-                     end if
+                     tangent(:, n_nodal*(i - 1) + c, n_nodal*(j - 1) + uz + d) = t(:, d)
+                     tangent(:, n_nodal*(j - 1) + uz + d, n_nodal*(i - 1) + c) = t(:, d)
                   end do
                end do
             end do
@@ -352,6 +350,7 @@ contains
             do d = 1, 3
                do c = 1, merge(d, 3, i == j)
                   tangent(:, n_nodal*(i - 1) + uz + c, n_nodal*(j - 1) + uz + d) = b(:, c, d, 1)
+                  tangent(:, n_nodal*(j - 1) + uz + d, n_nodal*(i - 1) + uz + c) = b(:, c, d, 1)
                end do
             end do
          end do
