@@ -88,6 +88,7 @@ contains
          end associate
          if (g < 3 .and. der%groups == 1) cycle
          call membrane_products(a, y, der%membrane(:, :, :, min(g, der%groups)), der%slope_strain, arc, curved, h)
+         if (g == 3) exit
          a = 0
          y = 0
       end do
