@@ -30,6 +30,7 @@ contains
       h(:, :, 10:12) = 0
       do g = 1, 3
          k = lanes*(g - 1)
+!GCC$ unroll 6
          do v = 1, 6
             d(:, v, g) = weight*r%d(k + 1:k + lanes, v)
          end do
@@ -75,6 +76,7 @@ contains
       a = 0
       do g = 1, 3
          k = lanes*(g - 1)
+!GCC$ unroll 6
          do v = 1, 6
             a(:, v) = a(:, v) + weight*r%a(k + 1:k + lanes, v)
             b(:, v) = weight*r%b(k + 1:k + lanes, v)

@@ -21,31 +21,23 @@ contains
       real(wp), intent(inout) :: k(lanes, rows_15, n_lift)
       real(wp), dimension(lanes, rows_3, 6) :: w, wz, r, total
       real(wp) :: l(lanes, rows_3, 3)
-      real(wp) :: z(lanes, 6, 6), gamma(lanes, 3, 6), q(lanes, 6, 6), moment(lanes, 3), v(lanes, 2), m(lanes, 3)
+      real(wp) :: z(lanes, 3, 6), q(lanes, 6, 6), moment(lanes, 3), v(lanes, 2), m(lanes, 3)
       real(wp), dimension(lanes) :: p11, p22, p12, sigma, inverse, rho, s1, s3
       integer :: c, d, i
 
       associate (u11 => filter%u(:, 1), u22 => filter%u(:, 2), u12 => filter%u(:, 3), &
                  v11 => filter%u_inverse(:, 1), v22 => filter%u_inverse(:, 2), v12 => filter%u_inverse(:, 3))
          inverse = 1/filter%trace_u
-         ! psi = gamma y; z = (psi, dU11, dU22, dU12) as functions of y
-         gamma = 0
-         gamma(:, 1, 3) = v12
-         gamma(:, 1, 6) = v22
-         gamma(:, 2, 3) = -v11
-         gamma(:, 2, 6) = -v12
-         gamma(:, 3, 2) = inverse
-         gamma(:, 3, 4) = -inverse
+         ! (dU11, dU22, dU12) as functions of y
          z = 0
-         z(:, 1:3, :) = gamma
-         z(:, 4, 1) = 1
-         z(:, 4, 2) = u12*inverse
-         z(:, 4, 4) = -u12*inverse
-         z(:, 5, 5) = 1
-         z(:, 5, 2) = -u12*inverse
-         z(:, 5, 4) = u12*inverse
-         z(:, 6, 4) = 1 - u22*inverse
-         z(:, 6, 2) = u22*inverse
+         z(:, 1, 1) = 1
+         z(:, 1, 2) = u12*inverse
+         z(:, 1, 4) = -u12*inverse
+         z(:, 2, 5) = 1
+         z(:, 2, 2) = -u12*inverse
+         z(:, 2, 4) = u12*inverse
+         z(:, 3, 4) = 1 - u22*inverse
+         z(:, 3, 2) = u22*inverse
 
          ! nodes: x' L x + 2 x' W z, with x = w - psi
          moment = 0
@@ -91,6 +83,7 @@ contains
                   r(:, c, 3) = wz(:, c, 3) - l(:, c, 1)*v12 + l(:, c, 2)*v11
                   r(:, c, 6) = wz(:, c, 6) - l(:, c, 1)*v22 + l(:, c, 2)*v12
                end do
+!GCC$ unroll 6
                do d = 1, 6
                   do c = 1, rows_3
                      total(:, c, d) = total(:, c, d) + r(:, c, d) + wz(:, c, d)
@@ -106,6 +99,7 @@ contains
          end do
 
          ! frame: quadratic form q(y) of psi', U'' and the nodal terms carried by psi; only q + q' matters
+!GCC$ unroll 6
          do d = 1, 6
             q(:, 1, d) = 0
             q(:, 2, d) = -inverse*total(:, 3, d)
@@ -135,8 +129,8 @@ contains
          v(:, 2) = v12*moment(:, 2) - v22*moment(:, 1)
          do d = 1, 5
             if (d == 3) cycle
-            s1 = v(:, 1)*z(:, 4, d) + v(:, 2)*z(:, 6, d)
-            s3 = v(:, 1)*z(:, 6, d) + v(:, 2)*z(:, 5, d)
+            s1 = v(:, 1)*z(:, 1, d) + v(:, 2)*z(:, 3, d)
+            s3 = v(:, 1)*z(:, 3, d) + v(:, 2)*z(:, 2, d)
             if (d == 1) s1 = s1 + v(:, 1)
             if (d == 4) s1 = s1 + v(:, 2)
             if (d == 2) s3 = s3 + v(:, 1)
