@@ -13,6 +13,8 @@ function(narrow_kernel variable)
   list(FILTER narrow INCLUDE REGEX
     "/(base/finshell_kinds|section/[a-z0-9_]+|element/[a-z0-9_]+|batch/finshell_(block|chunk|membrane_chunk|single))\\.[fF]90$")
   list(FILTER narrow EXCLUDE REGEX "/finshell_(section|laminate)\\.f90$")
+  # Loops over the four rows of a register shall become vector instructions, those over three be unrolled whatever they contain.
+  set(narrow_options --param=max-completely-peel-times=3 --param=max-completely-peeled-insns=500 -finline-limit=1000)
   set(modules)
   set(outputs)
   foreach(source IN LISTS narrow)
@@ -26,7 +28,7 @@ function(narrow_kernel variable)
     set(output ${folder}/${file})
     list(APPEND outputs ${output})
     # names are longer, hence lines too
-    set_source_files_properties(${output} PROPERTIES COMPILE_OPTIONS -ffree-line-length-none)
+    set_source_files_properties(${output} PROPERTIES COMPILE_OPTIONS "-ffree-line-length-none;${narrow_options}")
     if(file MATCHES "\\.F90$")
       set_source_files_properties(${output} PROPERTIES COMPILE_DEFINITIONS FINSHELL_NARROW)
     else()

@@ -3,7 +3,7 @@ module finshell_kinds
    use, intrinsic :: iso_fortran_env, only: int8, int32, int64, real64, real128
    implicit none
    private
-   public :: wp, dp, i1, i4, i8, strip, lanes, points_per_block
+   public :: wp, dp, i1, i4, i8, strip, lanes, points_per_block, rows_3
 
    integer, parameter :: dp = real64
 #ifdef FINSHELL_QUAD
@@ -24,4 +24,7 @@ module finshell_kinds
    !> Three in-plane points of each element of a block, those of the first element l, l + lanes, l + 2 lanes; and what laws need
    !> beyond (finshell_material): a point anywhere in the block, whose results mean nothing.
    integer, parameter :: points_per_block = strip*((3*lanes + strip - 1)/strip)
+   !> Rows of matrices that have three: those of a single element fill whole registers of four. What is in the fourth is of no
+   !> meaning, and overwritten where something else begins.
+   integer, parameter :: rows_3 = merge(4, 3, lanes == 1)
 end module finshell_kinds

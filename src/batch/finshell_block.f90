@@ -231,21 +231,12 @@ contains
       end do
    end function vanishing
 
-   !> Tangents of a block, upper triangles side by side, as full matrices one after the other.
+   !> Tangents of a block, side by side, one after the other.
    pure subroutine separate(used, block, elements)
       integer, intent(in) :: used
-      real(wp), intent(inout) :: block(lanes, n_shell, n_shell) !< the lower triangles are filled
+      real(wp), intent(in) :: block(lanes, n_shell, n_shell)
       real(wp), intent(inout) :: elements(n_shell, n_shell, used)
-      integer :: i, j, l
-      if (lanes == 1) then
-         call mirror(block, elements)
-         return
-      end if
-      do j = 1, n_shell
-         do i = 1, j - 1
-            block(:, j, i) = block(:, i, j)
-         end do
-      end do
+      integer :: l
       if (used == lanes) then
          call transpose_block(block, elements)
       else
@@ -254,28 +245,6 @@ contains
          end do
       end if
    end subroutine separate
-
-   !> The matrix of a single element, by tiles of three rows and columns: the compiler unrolls them.
-   pure subroutine mirror(block, elements)
-      real(wp), intent(in) :: block(lanes, n_shell, n_shell)
-      real(wp), intent(inout) :: elements(n_shell, n_shell)
-      integer :: c, d, i, j
-      do j = 0, n_shell - 3, 3
-         do d = 1, 3
-            do c = 1, 3
-               elements(j + c, j + d) = block(1, j + min(c, d), j + max(c, d))
-            end do
-         end do
-         do i = 0, j - 3, 3
-            do d = 1, 3
-               do c = 1, 3
-                  elements(i + c, j + d) = block(1, i + c, j + d)
-                  elements(j + d, i + c) = block(1, i + c, j + d)
-               end do
-            end do
-         end do
-      end do
-   end subroutine mirror
 
    !> All matrices of a full block. Written out lane by lane, the compiler makes shuffles of it instead of single loads and stores.
    pure subroutine transpose_block(block, elements)

@@ -47,24 +47,12 @@ contains
       call gather_own(section, first, n, block%own, thickness, offset, growth)
       if (present(resultants)) call gather_stress(first, n, resultants, stress)
       if (present(states)) call new_point_states(states, first, n, remembered)
-      do
-         if (present(resultants)) then
-            call evaluate_block(section, level, block, eb, fb, kb, found, stress, remembered)
-         else
-            call evaluate_block(section, level, block, eb, fb, kb, found, states=remembered)
-         end if
-         ! only now: what was gathered one by one can be read in lanes after a while
-         call check_input(block, present(direction), found, changed)
-         if (.not. changed) exit
-      end do
-      if (associated(remembered%all%begin)) call judge_states(remembered, found)
+      if (lanes == 1 .and. present(tangent)) then
+         call evaluate(tangent(:, :, first + 1))
+      else
+         call evaluate(kb)
+      end if
       status(first + 1:first + used) = found(1:used)
-      do l = 1, used
-         if (found(l) == status_ok) cycle
-         eb(l) = 0
-         fb(l, :) = 0
-         if (level == level_tangent) kb(l, :, :) = 0
-      end do
       if (present(energy)) energy(first + 1:first + used) = eb(1:used)
       if (present(force)) then
          do l = 1, used
@@ -73,7 +61,31 @@ contains
             end do
          end do
       end if
-      if (present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
+      if (lanes > 1 .and. present(tangent)) call separate(used, kb, tangent(:, :, first + 1:first + used))
+
+   contains
+
+      !> Zeros where there is no result. The tangent of a single element has its place already.
+      subroutine evaluate(matrix)
+         real(wp), intent(inout) :: matrix(lanes, n_shell, n_shell)
+         do
+            if (present(resultants)) then
+               call evaluate_block(section, level, block, eb, fb, matrix, found, stress, remembered)
+            else
+               call evaluate_block(section, level, block, eb, fb, matrix, found, states=remembered)
+            end if
+            ! only now: what was gathered one by one can be read in lanes after a while
+            call check_input(block, present(direction), found, changed)
+            if (.not. changed) exit
+         end do
+         if (associated(remembered%all%begin)) call judge_states(remembered, found)
+         do l = 1, used
+            if (found(l) == status_ok) cycle
+            eb(l) = 0
+            fb(l, :) = 0
+            if (level == level_tangent) matrix(l, :, :) = 0
+         end do
+      end subroutine evaluate
    end subroutine evaluate_chunk
 
    !> Resultants of the elements first + 1 ..., side by side.

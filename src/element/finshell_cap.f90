@@ -49,7 +49,7 @@ contains
       end do
       do k = 1, 3
          do a = 1, 2
-            core%gradient(:, 4 + 2*k + a) = third*filter%jacobian*s(:, a, k)
+            core%gradient(:, 1 + 2*k + a) = third*filter%jacobian*s(:, a, k)
          end do
       end do
       if (level < level_tangent) return
@@ -63,7 +63,7 @@ contains
       end do
       do k = 1, 3
          do a = 1, 2
-            j = 4 + 2*k + a
+            j = 1 + 2*k + a
             do i = 1, 3
                core%hessian(:, i, j) = third*dj(:, i)*s(:, a, k)
                core%hessian(:, j, i) = core%hessian(:, i, j)

@@ -1,7 +1,7 @@
 !> The core element: stored energy as a function of twelve numbers, with its exact gradient and Hessian.
 !>
-!> Core variables, in this order: midsurface strain (E11, E22, 2 E12); drilling angles tau_1..3; covariant slopes G_11, G_12,
-!> G_21, G_22, G_31, G_32. Strain at reference height Z: membrane(point) - lambda_Z Z sym grad G(point), formulation (S) or
+!> Core variables, in this order: midsurface strain (E11, E22, 2 E12); covariant slopes G_11, G_12, G_21, G_22, G_31, G_32;
+!> drilling angles tau_1..3. Strain at reference height Z: membrane(point) - lambda_Z Z sym grad G(point), formulation (S) or
 !> (P) of the theory. In (S) the membrane strain is constant over the element, so its terms are formed once for the three points
 !> together.
 module finshell_core
@@ -11,7 +11,7 @@ module finshell_core
    use finshell_core_derivatives, only: stress_t, strain_derivatives_t, strain_derivatives, strain_variation, predict
    use finshell_core_geometric, only: add_side_terms, stabilised_geometric, paper_geometric
    use finshell_core_hessian, only: bending_hessian, curvature_hessian, membrane_hessian, bow_hessian
-   use finshell_core_strain, only: n_core, drilling_stiffness, stabilised_strain, paper_strain
+   use finshell_core_strain, only: n_core, rows_9, drilling_stiffness, stabilised_strain, paper_strain
    use finshell_curved, only: curved_t, refer_to, refer_change_to, reference_curvature, from_curved
    use finshell_drilling, only: drilling_t, new_drilling
    use finshell_filter, only: filter_t
@@ -80,7 +80,7 @@ contains
       real(wp) :: higher(lanes, 3, 3, 3), kh(lanes, 6), tau(lanes, 3), slope(lanes, 6)
       type(work_t) :: work
       type(strain_derivatives_t) :: derivatives
-      real(wp) :: membrane(lanes, 3, 3), arc(lanes, 3, 9)
+      real(wp) :: membrane(lanes, 3, 3), arc(lanes, rows_9, 3)
       real(wp) :: l(lanes), dl(lanes, 3), ddl(lanes, 6), weight(lanes), beta0(lanes), thickness(lanes), area(lanes)
       real(wp) :: point_axes(points_per_block, 2), bend_there(points_per_block, 3)
       real(wp) :: membrane_change(points_per_block, 3), curvature_change(points_per_block, 3)
@@ -207,20 +207,16 @@ contains
       if (stabilised) then
          call bow_hessian(ref, work, core%hessian)
          do k = 1, 6
-            i = 3 + row(k)
-            j = 3 + column(k)
+            i = 9 + row(k)
+            j = 9 + column(k)
             core%hessian(:, i, j) = core%hessian(:, i, j) + kh(:, k)
          end do
-         if (twist%any) call add_twist_hessian(twist, 6, core%hessian)
+         if (twist%any) call add_twist_hessian(twist, 3, core%hessian)
          call stabilised_geometric(ref, filter, bend, drill, work, core%hessian, kink)
       else
          call paper_geometric(ref, filter, tau, higher, work, core%hessian)
       end if
-      do j = 1, n_core
-         do i = 1, j - 1
-            core%hessian(:, j, i) = core%hessian(:, i, j)
-         end do
-      end do
+      call mirror(core%hessian)
 
    contains
 
@@ -233,11 +229,30 @@ contains
          call add_slope_force(stabilised, ref, bend, l, dl, work, gradient)
          if (stabilised) then
             call add_stabilised_force(drill, kh, tau, work, gradient, kink)
-            if (twist%any) call add_twist_force(twist, gradient(:, 7:12))
+            if (twist%any) call add_twist_force(twist, gradient(:, 4:9))
          else
             call add_paper_force(ref, filter, tau, higher, work, gradient)
          end if
       end subroutine gradient_of
    end subroutine evaluate_core
 
+   !> The lower triangle from the upper, by tiles of three rows and columns: the compiler unrolls them.
+   pure subroutine mirror(hessian)
+      real(wp), intent(inout) :: hessian(lanes, n_core, n_core)
+      integer :: c, d, i, j
+      do j = 0, n_core - 3, 3
+         do i = 0, j - 3, 3
+            do d = 1, 3
+               do c = 1, 3
+                  hessian(:, j + c, i + d) = hessian(:, i + d, j + c)
+               end do
+            end do
+         end do
+         do d = 1, 3
+            do c = d + 1, 3
+               hessian(:, j + c, j + d) = hessian(:, j + d, j + c)
+            end do
+         end do
+      end do
+   end subroutine mirror
 end module finshell_core

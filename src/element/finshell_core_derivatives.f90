@@ -1,8 +1,8 @@
 !> Strain derivatives of the core element; changes of strains and resultants that follow from them.
 module finshell_core_derivatives
-   use finshell_kinds, only: wp, lanes
+   use finshell_kinds, only: wp, lanes, rows_3
    use finshell_bending, only: bending_t
-   use finshell_core_strain, only: n_core, variable, total_drilling_matrix
+   use finshell_core_strain, only: n_core, rows_9, total_drilling_matrix
    use finshell_drilling, only: drilling_t
    use finshell_filter, only: filter_t, jacobian_gradient
    use finshell_kink, only: kink_t
@@ -11,7 +11,7 @@ module finshell_core_derivatives
    use finshell_voigt, only: pack
    implicit none
    private
-   public :: stress_t, strain_derivatives_t, strain_derivatives, strain_variation, predict
+   public :: stress_t, strain_derivatives_t, strain_derivatives, side_derivatives, strain_variation, predict
 
    !> Resultants at the points, kept by mixed-integration-point Newton from one iteration to the next.
    type :: stress_t
@@ -21,12 +21,12 @@ module finshell_core_derivatives
    !> First derivatives of the fields; the nine variables that bend are midsurface strain and slopes.
    type :: strain_derivatives_t
       integer :: groups !< points with a membrane strain of their own: 1 in (S), 3 in (P)
-      real(wp) :: slope(lanes, 2, 9, 3) !< of H (component, variable, point)
+      real(wp) :: slope(lanes, rows_9, 2, 3) !< of H (variable, component, point)
       real(wp) :: slope_side(lanes, 2, 3, 3) !< of H, with respect to beta_k p_k (component, side, point)
-      real(wp) :: slope_strain(lanes, 3, 9) !< of V/2, Voigt
-      real(wp) :: metric(lanes, 2, 2, 3) !< (S): 1/2 V dC^-1 (a, c, strain)
-      real(wp) :: membrane(lanes, 3, n_core, 3) !< of the membrane strain (component, variable, group)
-      real(wp) :: curvature(lanes, 3, 9, 3) !< of l sym(M grad G), minus the curvature (component, variable, point)
+      real(wp) :: slope_strain(lanes, rows_9, 3) !< of V/2, Voigt
+      real(wp) :: metric(lanes, rows_3, 2, 2) !< (S): 1/2 V dC^-1 (strain, a, c)
+      real(wp) :: membrane(lanes, n_core, 3, 3) !< of the membrane strain (variable, component, group)
+      real(wp) :: curvature(lanes, rows_9, 3, 3) !< of l sym(M grad G), minus the curvature (variable, component, point)
    end type strain_derivatives_t
 
 contains
@@ -41,26 +41,30 @@ contains
       type(drilling_t), intent(in) :: drill
       type(strain_derivatives_t), intent(inout) :: d
       type(kink_t), intent(in) :: kink
-      real(wp) :: y(lanes, 2, 2, 9)
+      real(wp) :: y(lanes, rows_9, 2, 2)
       integer :: i, j, point, v
 
       d%groups = merge(1, 3, stabilised)
       call slope_derivatives(ref, bend, d)
       if (stabilised) then
          call slope_strain_derivatives(ref, bend, d)
-         do i = 1, 3
-            d%membrane(:, :, i, 1) = d%slope_strain(:, :, i) + drill%strain_e(:, :, i)
-            d%membrane(:, i, i, 1) = d%membrane(:, i, i, 1) + 1
+         do v = 1, 3
+            do i = 1, 3
+               d%membrane(:, i, v, 1) = d%slope_strain(:, i, v) + drill%strain_e(:, v, i)
+            end do
+            d%membrane(:, v, v, 1) = d%membrane(:, v, v, 1) + 1
+            d%membrane(:, 10, v, 1) = drill%strain_a(:, v, 1)
+            d%membrane(:, 11, v, 1) = drill%strain_a(:, v, 2)
+            d%membrane(:, 12, v, 1) = -drill%strain_a(:, v, 1) - drill%strain_a(:, v, 2)
+            do i = 4, 9
+               d%membrane(:, i, v, 1) = d%slope_strain(:, i, v)
+            end do
          end do
-         d%membrane(:, :, 4, 1) = drill%strain_a(:, :, 1)
-         d%membrane(:, :, 5, 1) = drill%strain_a(:, :, 2)
-         d%membrane(:, :, 6, 1) = -drill%strain_a(:, :, 1) - drill%strain_a(:, :, 2)
-         d%membrane(:, :, 7:12, 1) = d%slope_strain(:, :, 4:9)
          if (kink%any) then
             do i = 1, 9
                do v = 1, 3
                   do j = 1, 3
-                     d%membrane(:, v, variable(i), 1) = d%membrane(:, v, variable(i), 1) &
+                     d%membrane(:, i, v, 1) = d%membrane(:, i, v, 1) &
                         + drill%strain_a(:, v, j)*kink%derivative(:, j, i)
                   end do
                end do
@@ -76,19 +80,19 @@ contains
          call arc_derivatives(bend, l, d, y)
          do point = 1, 3
             associate (g => bend%gradient(:, :, :, point), dk => d%curvature(:, :, :, point))
-               do i = 1, 9
-                  dk(:, 1, i) = dk(:, 1, i) + (y(:, 1, 1, i)*g(:, 1, 1) + y(:, 1, 2, i)*g(:, 2, 1))
-                  dk(:, 2, i) = dk(:, 2, i) + (y(:, 2, 1, i)*g(:, 1, 2) + y(:, 2, 2, i)*g(:, 2, 2))
-                  dk(:, 3, i) = dk(:, 3, i) + (y(:, 1, 1, i)*g(:, 1, 2) + y(:, 1, 2, i)*g(:, 2, 2) &
-                                               + y(:, 2, 1, i)*g(:, 1, 1) + y(:, 2, 2, i)*g(:, 2, 1))
+               do i = 1, rows_9
+                  dk(:, i, 1) = dk(:, i, 1) + (y(:, i, 1, 1)*g(:, 1, 1) + y(:, i, 1, 2)*g(:, 2, 1))
+                  dk(:, i, 2) = dk(:, i, 2) + (y(:, i, 2, 1)*g(:, 1, 2) + y(:, i, 2, 2)*g(:, 2, 2))
+                  dk(:, i, 3) = dk(:, i, 3) + (y(:, i, 1, 1)*g(:, 1, 2) + y(:, i, 1, 2)*g(:, 2, 2) &
+                                               + y(:, i, 2, 1)*g(:, 1, 1) + y(:, i, 2, 2)*g(:, 2, 1))
                end do
             end associate
          end do
       end if
-      do i = 1, 3
-         do point = 1, 3
-            do v = 1, 3
-               d%curvature(:, v, i, point) = d%curvature(:, v, i, point) + dl(:, i)*bend%curvature(:, v, point)
+      do point = 1, 3
+         do v = 1, 3
+            do i = 1, 3
+               d%curvature(:, i, v, point) = d%curvature(:, i, v, point) + dl(:, i)*bend%curvature(:, v, point)
             end do
          end do
       end do
@@ -99,12 +103,20 @@ contains
       type(reference_t), intent(in) :: ref
       type(bending_t), intent(in) :: bend
       type(strain_derivatives_t), intent(inout) :: d
-      real(wp) :: here(lanes, 2), before(lanes, 2), p(lanes, 3)
+      real(wp) :: here(lanes, 2), before(lanes, 2), p(lanes, rows_3, 3)
       integer :: a, c, i, k, node, point, v
+      call side_derivatives(bend, p)
       do point = 1, 3
          do k = 1, 3
             d%slope_side(:, 1, k, point) = n_side(k, point)*bend%turned(:, 1, k)
             d%slope_side(:, 2, k, point) = n_side(k, point)*bend%turned(:, 2, k)
+         end do
+         do v = 1, 2
+            if (rows_9 > 9) d%slope(:, 10:rows_9, v, point) = 0
+            do c = 1, rows_3
+               d%slope(:, c, v, point) = d%slope_side(:, v, 1, point)*p(:, c, 1) + d%slope_side(:, v, 2, point)*p(:, c, 2) &
+                  + d%slope_side(:, v, 3, point)*p(:, c, 3)
+            end do
          end do
          ! node i begins side i and ends the side before it
          do node = 1, 3
@@ -113,27 +125,30 @@ contains
                here(:, v) = n_side(node, point)*bend%mid(:, v, node) - (bend%share*ref%bow(:, node))*ref%bubble(:, v, node, point)
                before(:, v) = n_side(k, point)*bend%mid(:, v, k) + (bend%share*ref%bow(:, k))*ref%bubble(:, v, k, point)
             end do
-            do a = 1, 2
-               i = 1 + 2*node + a
-               do v = 1, 2
-                  d%slope(:, v, i, point) = here(:, v)*ref%side(:, a, node) + before(:, v)*ref%side(:, a, k)
-               end do
-               d%slope(:, a, i, point) = d%slope(:, a, i, point) + zeta(node, point)
-            end do
-         end do
-      end do
-      do c = 1, 3
-         do k = 1, 3
-            p(:, k) = bend%p(:, k)*bend%dbeta(:, c, k)
-         end do
-         do point = 1, 3
             do v = 1, 2
-               d%slope(:, v, c, point) = d%slope_side(:, v, 1, point)*p(:, 1) + d%slope_side(:, v, 2, point)*p(:, 2) &
-                  + d%slope_side(:, v, 3, point)*p(:, 3)
+               do a = 1, 2
+                  i = 1 + 2*node + a
+                  d%slope(:, i, v, point) = here(:, v)*ref%side(:, a, node) + before(:, v)*ref%side(:, a, k)
+               end do
+               i = 1 + 2*node + v
+               d%slope(:, i, v, point) = d%slope(:, i, v, point) + zeta(node, point)
             end do
          end do
       end do
    end subroutine slope_derivatives
+
+   !> Derivatives of the mid-side excesses beta_k p_k with respect to the midsurface strain.
+   pure subroutine side_derivatives(bend, p)
+      type(bending_t), intent(in) :: bend
+      real(wp), intent(out) :: p(lanes, rows_3, 3) !< (strain, side)
+      integer :: c, k
+      do k = 1, 3
+         p(:, rows_3, k) = 0
+         do c = 1, 3
+            p(:, c, k) = bend%p(:, k)*bend%dbeta(:, c, k)
+         end do
+      end do
+   end subroutine side_derivatives
 
    !> Derivatives of V/2 in (S).
    pure subroutine slope_strain_derivatives(ref, bend, d)
@@ -143,20 +158,20 @@ contains
       real(wp), parameter :: third = 1.0_wp/3
       integer :: a, i, k, node, v
       associate (h => bend%slope, dh => d%slope)
-         do i = 1, 9
-            d%slope_strain(:, 1, i) = third*(h(:, 1, 1)*dh(:, 1, i, 1) + h(:, 1, 2)*dh(:, 1, i, 2) + h(:, 1, 3)*dh(:, 1, i, 3))
-            d%slope_strain(:, 2, i) = third*(h(:, 2, 1)*dh(:, 2, i, 1) + h(:, 2, 2)*dh(:, 2, i, 2) + h(:, 2, 3)*dh(:, 2, i, 3))
-            d%slope_strain(:, 3, i) = third*(h(:, 1, 1)*dh(:, 2, i, 1) + h(:, 2, 1)*dh(:, 1, i, 1) &
-                                             + h(:, 1, 2)*dh(:, 2, i, 2) + h(:, 2, 2)*dh(:, 1, i, 2) &
-                                             + h(:, 1, 3)*dh(:, 2, i, 3) + h(:, 2, 3)*dh(:, 1, i, 3))
+         do i = 1, rows_9
+            d%slope_strain(:, i, 1) = third*(h(:, 1, 1)*dh(:, i, 1, 1) + h(:, 1, 2)*dh(:, i, 1, 2) + h(:, 1, 3)*dh(:, i, 1, 3))
+            d%slope_strain(:, i, 2) = third*(h(:, 2, 1)*dh(:, i, 2, 1) + h(:, 2, 2)*dh(:, i, 2, 2) + h(:, 2, 3)*dh(:, i, 2, 3))
+            d%slope_strain(:, i, 3) = third*(h(:, 1, 1)*dh(:, i, 2, 1) + h(:, 2, 1)*dh(:, i, 1, 1) &
+                                             + h(:, 1, 2)*dh(:, i, 2, 2) + h(:, 2, 2)*dh(:, i, 1, 2) &
+                                             + h(:, 1, 3)*dh(:, i, 2, 3) + h(:, 2, 3)*dh(:, i, 1, 3))
          end do
       end associate
       do node = 1, 3
          k = 1 + mod(node + 1, 3)
-         do a = 1, 2
-            i = 1 + 2*node + a
-            do v = 1, 3
-               d%slope_strain(:, v, i) = d%slope_strain(:, v, i) &
+         do v = 1, 3
+            do a = 1, 2
+               i = 1 + 2*node + a
+               d%slope_strain(:, i, v) = d%slope_strain(:, i, v) &
                   + 0.125_wp*(bend%bow_strain(:, v, node)*ref%side(:, a, node) - bend%bow_strain(:, v, k)*ref%side(:, a, k))
             end do
          end do
@@ -176,18 +191,18 @@ contains
       do point = 1, 3
          associate (h => bend%slope(:, :, point), dh => d%slope(:, :, :, point))
             do i = 1, 9
-               d%membrane(:, 1, variable(i), point) = h(:, 1)*dh(:, 1, i)
-               d%membrane(:, 2, variable(i), point) = h(:, 2)*dh(:, 2, i)
-               d%membrane(:, 3, variable(i), point) = h(:, 1)*dh(:, 2, i) + h(:, 2)*dh(:, 1, i)
+               d%membrane(:, i, 1, point) = h(:, 1)*dh(:, i, 1)
+               d%membrane(:, i, 2, point) = h(:, 2)*dh(:, i, 2)
+               d%membrane(:, i, 3, point) = h(:, 1)*dh(:, i, 2) + h(:, 2)*dh(:, i, 1)
             end do
          end associate
          call total_drilling_matrix(ref, higher(:, :, :, point), b)
          do i = 1, 3
             d%membrane(:, i, i, point) = d%membrane(:, i, i, point) + 1
             do v = 1, 3
-               d%membrane(:, v, i, point) = d%membrane(:, v, i, point) &
+               d%membrane(:, i, v, point) = d%membrane(:, i, v, point) &
                   + dj(:, i)*(b(:, v, 1)*tau(:, 1) + b(:, v, 2)*tau(:, 2) + b(:, v, 3)*tau(:, 3))
-               d%membrane(:, v, 3 + i, point) = filter%jacobian*b(:, v, i)
+               d%membrane(:, 9 + i, v, point) = filter%jacobian*b(:, v, i)
             end do
          end do
       end do
@@ -200,8 +215,9 @@ contains
       real(wp), intent(in) :: l(lanes)
       type(strain_derivatives_t), intent(inout) :: d
       real(wp) :: lm(lanes, 2, 2), mid(lanes, 2, 3), turned(lanes, 2, 3), vertex(lanes, 3, 2, 3), side(lanes, 3, 3)
-      real(wp) :: beta(lanes, 3, 3), p(lanes, 3)
+      real(wp) :: beta(lanes, 3, 3), p(lanes, rows_3, 3)
       integer :: a, c, i, k, node, point, v
+      call side_derivatives(bend, p)
       do c = 1, 2
          do a = 1, 2
             lm(:, a, c) = l*bend%m(:, a, c)
@@ -221,22 +237,20 @@ contains
             call symmetric_product(mid(:, :, k), ref%bubble(:, :, k, point), side(:, :, k))
             call symmetric_product(turned(:, :, k), ref%bubble(:, :, k, point), beta(:, :, k))
          end do
-         do node = 1, 3
-            k = 1 + mod(node + 1, 3)
-            do c = 1, 2
-               i = 1 + 2*node + c
-               do v = 1, 3
-                  d%curvature(:, v, i, point) = vertex(:, v, c, node) + side(:, v, node)*ref%side(:, c, node) &
-                     + side(:, v, k)*ref%side(:, c, k)
-               end do
+         do v = 1, 3
+            if (rows_9 > 9) d%curvature(:, 10:rows_9, v, point) = 0
+            do c = 1, rows_3
+               d%curvature(:, c, v, point) = beta(:, v, 1)*p(:, c, 1) + beta(:, v, 2)*p(:, c, 2) + beta(:, v, 3)*p(:, c, 3)
             end do
          end do
-         do c = 1, 3
-            do k = 1, 3
-               p(:, k) = bend%p(:, k)*bend%dbeta(:, c, k)
-            end do
+         do node = 1, 3
+            k = 1 + mod(node + 1, 3)
             do v = 1, 3
-               d%curvature(:, v, c, point) = beta(:, v, 1)*p(:, 1) + beta(:, v, 2)*p(:, 2) + beta(:, v, 3)*p(:, 3)
+               do c = 1, 2
+                  i = 1 + 2*node + c
+                  d%curvature(:, i, v, point) = vertex(:, v, c, node) + side(:, v, node)*ref%side(:, c, node) &
+                     + side(:, v, k)*ref%side(:, c, k)
+               end do
             end do
          end do
       end do
@@ -256,35 +270,36 @@ contains
       type(bending_t), intent(in) :: bend
       real(wp), intent(in) :: l(lanes)
       type(strain_derivatives_t), intent(inout) :: d
-      real(wp), intent(out) :: y(lanes, 2, 2, 9)
+      real(wp), intent(out) :: y(lanes, rows_9, 2, 2)
       real(wp) :: m(lanes, 2), lc(lanes, 3)
       integer :: a, i
       do i = 1, 3
          lc(:, i) = l*bend%c_inverse(:, i)
       end do
       associate (ci => bend%c_inverse, v => d%slope_strain)
-         do i = 1, 9
-            y(:, 1, 1, i) = v(:, 1, i)*lc(:, 1) + 0.5_wp*v(:, 3, i)*lc(:, 3)
-            y(:, 1, 2, i) = v(:, 1, i)*lc(:, 3) + 0.5_wp*v(:, 3, i)*lc(:, 2)
-            y(:, 2, 1, i) = 0.5_wp*v(:, 3, i)*lc(:, 1) + v(:, 2, i)*lc(:, 3)
-            y(:, 2, 2, i) = 0.5_wp*v(:, 3, i)*lc(:, 3) + v(:, 2, i)*lc(:, 2)
+         do i = 1, rows_9
+            y(:, i, 1, 1) = v(:, i, 1)*lc(:, 1) + 0.5_wp*v(:, i, 3)*lc(:, 3)
+            y(:, i, 1, 2) = v(:, i, 1)*lc(:, 3) + 0.5_wp*v(:, i, 3)*lc(:, 2)
+            y(:, i, 2, 1) = 0.5_wp*v(:, i, 3)*lc(:, 1) + v(:, i, 2)*lc(:, 3)
+            y(:, i, 2, 2) = 0.5_wp*v(:, i, 3)*lc(:, 3) + v(:, i, 2)*lc(:, 2)
          end do
          ! 1/2 V dC^-1 = -(M - I) dC C^-1
          do a = 1, 2
             m = bend%m(:, a, :)
             m(:, a) = m(:, a) - 1
-            d%metric(:, a, 1, 1) = -2*m(:, 1)*ci(:, 1)
-            d%metric(:, a, 2, 1) = -2*m(:, 1)*ci(:, 3)
-            d%metric(:, a, 1, 2) = -2*m(:, 2)*ci(:, 3)
-            d%metric(:, a, 2, 2) = -2*m(:, 2)*ci(:, 2)
-            d%metric(:, a, 1, 3) = -m(:, 1)*ci(:, 3) - m(:, 2)*ci(:, 1)
-            d%metric(:, a, 2, 3) = -m(:, 1)*ci(:, 2) - m(:, 2)*ci(:, 3)
+            d%metric(:, rows_3, a, :) = 0
+            d%metric(:, 1, a, 1) = -2*m(:, 1)*ci(:, 1)
+            d%metric(:, 1, a, 2) = -2*m(:, 1)*ci(:, 3)
+            d%metric(:, 2, a, 1) = -2*m(:, 2)*ci(:, 3)
+            d%metric(:, 2, a, 2) = -2*m(:, 2)*ci(:, 2)
+            d%metric(:, 3, a, 1) = -m(:, 1)*ci(:, 3) - m(:, 2)*ci(:, 1)
+            d%metric(:, 3, a, 2) = -m(:, 1)*ci(:, 2) - m(:, 2)*ci(:, 3)
          end do
       end associate
-      do i = 1, 3
-         do a = 1, 2
-            y(:, a, 1, i) = y(:, a, 1, i) + l*d%metric(:, a, 1, i)
-            y(:, a, 2, i) = y(:, a, 2, i) + l*d%metric(:, a, 2, i)
+      do a = 1, 2
+         do i = 1, rows_3
+            y(:, i, a, 1) = y(:, i, a, 1) + l*d%metric(:, i, a, 1)
+            y(:, i, a, 2) = y(:, i, a, 2) + l*d%metric(:, i, a, 2)
          end do
       end do
    end subroutine arc_derivatives
@@ -301,14 +316,14 @@ contains
             de = 0
             do i = 1, n_core
                do v = 1, 3
-                  de(:, v) = de(:, v) + d%membrane(:, v, i, g)*variation(:, i)
+                  de(:, v) = de(:, v) + d%membrane(:, i, v, g)*variation(:, i)
                end do
             end do
          end if
          dk = 0
          do i = 1, 9
             do v = 1, 3
-               dk(:, v) = dk(:, v) - d%curvature(:, v, i, g)*variation(:, variable(i))
+               dk(:, v) = dk(:, v) - d%curvature(:, i, v, g)*variation(:, i)
             end do
          end do
          k = lanes*(g - 1)

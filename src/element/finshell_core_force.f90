@@ -7,7 +7,7 @@
 module finshell_core_force
    use finshell_kinds, only: wp, lanes
    use finshell_bending, only: bending_t
-   use finshell_core_strain, only: n_core, variable, total_drilling_matrix
+   use finshell_core_strain, only: n_core, total_drilling_matrix
    use finshell_drilling, only: drilling_t
    use finshell_filter, only: filter_t, jacobian_gradient
    use finshell_kink, only: kink_t
@@ -133,7 +133,7 @@ contains
       end do
       do node = 1, 3
          do c = 1, 2
-            i = 4 + 2*node + c
+            i = 1 + 2*node + c
             gradient(:, i) = gradient(:, i) + zeta(node, 1)*t(:, c, 1) + zeta(node, 2)*t(:, c, 2) + zeta(node, 3)*t(:, c, 3) &
                + lm(:, 1, c)*w%vertex(:, 1, node) + lm(:, 2, c)*w%vertex(:, 2, node)
          end do
@@ -156,8 +156,8 @@ contains
          end if
          next = 1 + mod(k, 3)
          do c = 1, 2
-            gradient(:, 4 + 2*k + c) = gradient(:, 4 + 2*k + c) + (q + bow)*ref%side(:, c, k)
-            gradient(:, 4 + 2*next + c) = gradient(:, 4 + 2*next + c) + (q - bow)*ref%side(:, c, k)
+            gradient(:, 1 + 2*k + c) = gradient(:, 1 + 2*k + c) + (q + bow)*ref%side(:, c, k)
+            gradient(:, 1 + 2*next + c) = gradient(:, 1 + 2*next + c) + (q - bow)*ref%side(:, c, k)
          end do
          a1 = w%beta(:, k)*bend%p(:, k)
          do i = 1, 3
@@ -183,19 +183,19 @@ contains
       do i = 1, 3
          gradient(:, i) = gradient(:, i) + n(:, i) &
             + (n(:, 1)*drill%strain_e(:, 1, i) + n(:, 2)*drill%strain_e(:, 2, i) + n(:, 3)*drill%strain_e(:, 3, i))
-         gradient(:, 3 + i) = gradient(:, 3 + i) &
+         gradient(:, 9 + i) = gradient(:, 9 + i) &
             + (kh(:, pack(i, 1))*tau(:, 1) + kh(:, pack(i, 2))*tau(:, 2) + kh(:, pack(i, 3))*tau(:, 3))
       end do
       do i = 1, drill%differences
          w%drilling(:, i) = n(:, 1)*drill%strain_a(:, 1, i) + n(:, 2)*drill%strain_a(:, 2, i) + n(:, 3)*drill%strain_a(:, 3, i)
       end do
-      gradient(:, 4) = gradient(:, 4) + w%drilling(:, 1)
-      gradient(:, 5) = gradient(:, 5) + w%drilling(:, 2)
-      gradient(:, 6) = gradient(:, 6) - w%drilling(:, 1) - w%drilling(:, 2)
+      gradient(:, 10) = gradient(:, 10) + w%drilling(:, 1)
+      gradient(:, 11) = gradient(:, 11) + w%drilling(:, 2)
+      gradient(:, 12) = gradient(:, 12) - w%drilling(:, 1) - w%drilling(:, 2)
       if (.not. kink%any) return
       do i = 1, 9
          do j = 1, 3
-            gradient(:, variable(i)) = gradient(:, variable(i)) + w%drilling(:, j)*kink%derivative(:, j, i)
+            gradient(:, i) = gradient(:, i) + w%drilling(:, j)*kink%derivative(:, j, i)
          end do
       end do
    end subroutine add_stabilised_force
@@ -220,7 +220,7 @@ contains
       do i = 1, 3
          gradient(:, i) = gradient(:, i) + w%n(:, i, 1) + w%n(:, i, 2) + w%n(:, i, 3) &
             + dj(:, i)*(nb(:, 1)*tau(:, 1) + nb(:, 2)*tau(:, 2) + nb(:, 3)*tau(:, 3))
-         gradient(:, 3 + i) = gradient(:, 3 + i) + filter%jacobian*nb(:, i)
+         gradient(:, 9 + i) = gradient(:, 9 + i) + filter%jacobian*nb(:, i)
       end do
    end subroutine add_paper_force
 end module finshell_core_force

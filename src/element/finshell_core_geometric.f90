@@ -3,7 +3,7 @@ module finshell_core_geometric
    use finshell_kinds, only: wp, lanes
    use finshell_bending, only: bending_t
    use finshell_core_force, only: work_t
-   use finshell_core_strain, only: n_core, variable, total_drilling_matrix
+   use finshell_core_strain, only: n_core, total_drilling_matrix
    use finshell_drilling, only: drilling_t, add_drilling_hessian
    use finshell_filter, only: filter_t, jacobian_gradient
    use finshell_kink, only: kink_t, add_kink_hessian
@@ -32,8 +32,8 @@ contains
          do m = 0, 1
             node = 1 + mod(k - 1 + m, 3)
             do i = 1, 3
-               h(:, i, 5 + 2*node) = h(:, i, 5 + 2*node) + side(:, k)*bend%dbeta(:, i, k)*ref%side(:, 1, k)
-               h(:, i, 6 + 2*node) = h(:, i, 6 + 2*node) + side(:, k)*bend%dbeta(:, i, k)*ref%side(:, 2, k)
+               h(:, i, 2 + 2*node) = h(:, i, 2 + 2*node) + side(:, k)*bend%dbeta(:, i, k)*ref%side(:, 1, k)
+               h(:, i, 3 + 2*node) = h(:, i, 3 + 2*node) + side(:, k)*bend%dbeta(:, i, k)*ref%side(:, 2, k)
             end do
          end do
       end do
@@ -56,16 +56,16 @@ contains
          h(:, row(k), column(k)) = h(:, row(k), column(k)) + ee(:, k)
       end do
       do i = 1, 3
-         h(:, i, 4) = h(:, i, 4) + ea(:, i, 1)
-         h(:, i, 5) = h(:, i, 5) + ea(:, i, 2)
-         h(:, i, 6) = h(:, i, 6) - ea(:, i, 1) - ea(:, i, 2)
+         h(:, i, 10) = h(:, i, 10) + ea(:, i, 1)
+         h(:, i, 11) = h(:, i, 11) + ea(:, i, 2)
+         h(:, i, 12) = h(:, i, 12) - ea(:, i, 1) - ea(:, i, 2)
       end do
-      h(:, 4, 4) = h(:, 4, 4) + aa(:, 1)
-      h(:, 5, 5) = h(:, 5, 5) + aa(:, 2)
-      h(:, 4, 5) = h(:, 4, 5) + aa(:, 3)
-      h(:, 4, 6) = h(:, 4, 6) - aa(:, 1) - aa(:, 3)
-      h(:, 5, 6) = h(:, 5, 6) - aa(:, 2) - aa(:, 3)
-      h(:, 6, 6) = h(:, 6, 6) + aa(:, 1) + aa(:, 2) + 2*aa(:, 3)
+      h(:, 10, 10) = h(:, 10, 10) + aa(:, 1)
+      h(:, 11, 11) = h(:, 11, 11) + aa(:, 2)
+      h(:, 10, 11) = h(:, 10, 11) + aa(:, 3)
+      h(:, 10, 12) = h(:, 10, 12) - aa(:, 1) - aa(:, 3)
+      h(:, 11, 12) = h(:, 11, 12) - aa(:, 2) - aa(:, 3)
+      h(:, 12, 12) = h(:, 12, 12) + aa(:, 1) + aa(:, 2) + 2*aa(:, 3)
       if (kink%any) call kinked(ref, filter, bend, kink, ea, aa, w%drilling, h)
    end subroutine stabilised_geometric
 
@@ -91,20 +91,17 @@ contains
                end do
             end do
             do i = 1, j
-               h(:, variable(i), variable(j)) = h(:, variable(i), variable(j)) &
-                  + da(:, 1, i)*t(:, 1) + da(:, 2, i)*t(:, 2) + da(:, 3, i)*t(:, 3)
+               h(:, i, j) = h(:, i, j) + da(:, 1, i)*t(:, 1) + da(:, 2, i)*t(:, 2) + da(:, 3, i)*t(:, 3)
             end do
             do i = 1, 3
                second(:, i, j) = second(:, i, j) + ea(:, i, 1)*da(:, 1, j) + ea(:, i, 2)*da(:, 2, j) + ea(:, i, 3)*da(:, 3, j)
                if (j <= i) h(:, j, i) = h(:, j, i) + ea(:, i, 1)*da(:, 1, j) + ea(:, i, 2)*da(:, 2, j) + ea(:, i, 3)*da(:, 3, j)
-               if (i <= j) h(:, i, variable(j)) = h(:, i, variable(j)) + second(:, i, j)
+               if (i <= j) h(:, i, j) = h(:, i, j) + second(:, i, j)
             end do
             ! with the drilling angles
             t(:, 3) = -t(:, 1) - t(:, 2)
             do i = 1, 3
-               a = min(3 + i, variable(j))
-               b = max(3 + i, variable(j))
-               h(:, a, b) = h(:, a, b) + t(:, i)
+               h(:, j, 9 + i) = h(:, j, 9 + i) + t(:, i)
             end do
          end do
       end associate
@@ -129,7 +126,7 @@ contains
       end do
       do j = 1, 3
          do i = 1, 3
-            h(:, i, 3 + j) = h(:, i, 3 + j) + dj(:, i)*w(:, j)
+            h(:, i, 9 + j) = h(:, i, 9 + j) + dj(:, i)*w(:, j)
          end do
       end do
       ! J J,ab = (J^2),ab/2 - J,a J,b with (J^2),12 = 4 and (J^2),33 = -2

@@ -11,13 +11,13 @@ module finshell_core_strain
    use finshell_voigt, only: pack
    implicit none
    private
-   public :: n_core, variable
+   public :: n_core, rows_9
    public :: drilling_stiffness, stabilised_strain, paper_strain, total_drilling_matrix
 
-   !> Number of core variables (finshell_core).
+   !> Number of core variables (finshell_core). The first nine of them bend: midsurface strain and slopes.
    integer, parameter :: n_core = 12
-   !> Those of them that bend: midsurface strain and slopes.
-   integer, parameter :: variable(9) = [1, 2, 3, 7, 8, 9, 10, 11, 12]
+   !> As rows_3 (finshell_kinds) for these nine; what is beyond is zero.
+   integer, parameter :: rows_9 = merge(12, 9, lanes == 1)
 
 contains
 

@@ -7,7 +7,7 @@
 !> ab in (11, 22, 12) and C_m in (C11, C22, C12). On a curved reference (finshell_kink) the bows of the three sides are independent
 !> and there is a third difference, with the pairs 13, 23, 33.
 module finshell_drilling
-   use finshell_kinds, only: wp, lanes
+   use finshell_kinds, only: wp, lanes, rows_3
    use finshell_kink, only: kink_t
    use finshell_evaluation, only: level_force, level_tangent
    use finshell_reference, only: reference_t, alpha_b
@@ -17,10 +17,10 @@ module finshell_drilling
    public :: drilling_t, new_drilling, add_drilling_hessian
 
    type :: quadratic_t
-      real(wp) :: z(lanes, 3, 6, 3) !< (Voigt, ab, m)
-      real(wp) :: value(lanes, 3)
-      real(wp) :: da(lanes, 3, 3) !< with respect to the differences
-      real(wp) :: de(lanes, 3, 3) !< with respect to the midsurface strain
+      real(wp) :: z(lanes, rows_3, 6, 3) !< (Voigt, ab, m)
+      real(wp) :: value(lanes, rows_3)
+      real(wp) :: da(lanes, rows_3, 3) !< with respect to the differences
+      real(wp) :: de(lanes, rows_3, 3) !< with respect to the midsurface strain
    end type quadratic_t
 
    type :: drilling_t
@@ -29,10 +29,10 @@ module finshell_drilling
       real(wp) :: dj(lanes, 3) !< dJ/d(midsurface strain)
       real(wp) :: eta(lanes), deta(lanes), ddeta(lanes) !< derivatives with respect to s
       real(wp) :: ds(lanes, 3), dds(lanes, 6) !< of s with respect to the midsurface strain
-      real(wp) :: linear(lanes, 3) !< d
+      real(wp) :: linear(lanes, rows_3) !< d
       type(quadratic_t) :: qbar, q
-      real(wp) :: strain(lanes, 3)
-      real(wp) :: strain_a(lanes, 3, 3), strain_e(lanes, 3, 3)
+      real(wp) :: strain(lanes, rows_3)
+      real(wp) :: strain_a(lanes, rows_3, 3), strain_e(lanes, rows_3, 3)
    end type drilling_t
 
 contains
@@ -52,6 +52,7 @@ contains
       real(wp), intent(in) :: area(lanes) !< of the stress-free element over that of the reference
       type(drilling_t), intent(inout) :: d
       real(wp), dimension(lanes) :: free, inverse, mean, s
+      real(wp) :: basic(lanes, rows_3, 3)
       integer :: i, v
 
       d%a(:, 1) = tau(:, 1) - tau(:, 3)
@@ -91,19 +92,27 @@ contains
       call bubble_part(kink%any, ref, d%q)
       call evaluate(level, kink%any, c, d%a, d%qbar)
       call evaluate(level, kink%any, c, d%a, d%q)
-      do v = 1, 3
-         d%linear(:, v) = ref%basic(:, v, 1)*d%a(:, 1) + ref%basic(:, v, 2)*d%a(:, 2)
-         if (d%differences > 2) d%linear(:, v) = d%linear(:, v) + ref%basic(:, v, 3)*d%a(:, 3)
+      basic(:, rows_3, :) = 0
+      basic(:, 1:3, :) = ref%basic
+      do v = 1, rows_3
+         d%linear(:, v) = basic(:, v, 1)*d%a(:, 1) + basic(:, v, 2)*d%a(:, 2)
+      end do
+      if (kink%any) then
+         do v = 1, rows_3
+            d%linear(:, v) = d%linear(:, v) + basic(:, v, 3)*d%a(:, 3)
+         end do
+      end if
+      do v = 1, rows_3
          d%strain(:, v) = jacobian*d%linear(:, v) + (1 - d%eta)*d%qbar%value(:, v) + d%eta*d%q%value(:, v)
       end do
       if (level < level_force) return
       do i = 1, merge(3, 2, kink%any)
-         do v = 1, 3
-            d%strain_a(:, v, i) = jacobian*ref%basic(:, v, i) + (1 - d%eta)*d%qbar%da(:, v, i) + d%eta*d%q%da(:, v, i)
+         do v = 1, rows_3
+            d%strain_a(:, v, i) = jacobian*basic(:, v, i) + (1 - d%eta)*d%qbar%da(:, v, i) + d%eta*d%q%da(:, v, i)
          end do
       end do
       do i = 1, 3
-         do v = 1, 3
+         do v = 1, rows_3
             d%strain_e(:, v, i) = d%dj(:, i)*d%linear(:, v) + d%deta*d%ds(:, i)*(d%q%value(:, v) - d%qbar%value(:, v)) &
                + (1 - d%eta)*d%qbar%de(:, v, i) + d%eta*d%q%de(:, v, i)
          end do
@@ -125,6 +134,7 @@ contains
          pb = basic(:, 1, second(ab))
          qb = basic(:, 2, second(ab))
          rb = 0.5_wp*basic(:, 3, second(ab))
+         if (rows_3 > 3) quadratic%z(:, rows_3, ab, :) = 0
          quadratic%z(:, 1, ab, 1) = ra*rb
          quadratic%z(:, 1, ab, 2) = pa*pb
          quadratic%z(:, 1, ab, 3) = -(pa*rb + ra*pb)
@@ -143,9 +153,10 @@ contains
       type(reference_t), intent(in) :: ref
       type(quadratic_t), intent(inout) :: quadratic
       real(wp), parameter :: factor = (alpha_b/8)**2
-      real(wp) :: mean(lanes, 3, 6), metric(lanes, 3, 6)
+      real(wp) :: mean(lanes, rows_3, 6), metric(lanes, 3, 6)
       integer :: kl, m, v
-      mean = factor*ref%bubble_mean
+      mean(:, rows_3, :) = 0
+      mean(:, 1:3, :) = factor*ref%bubble_mean
       do kl = 1, 6
          associate (lk => ref%side(:, :, row(kl)), ll => ref%side(:, :, column(kl)))
             metric(:, 1, kl) = lk(:, 1)*ll(:, 1)
@@ -156,7 +167,7 @@ contains
       if (any(ref%bulge < 1)) call remove_straight(ref%bulge, mean)
       ! side differences from a: (a2 - a1 + a3, -a2, a1)
       do m = 1, 3
-         do v = 1, 3
+         do v = 1, rows_3
             quadratic%z(:, v, 1, m) = mean(:, v, 1)*metric(:, m, 1) + mean(:, v, 3)*metric(:, m, 3) &
                - 2*(mean(:, v, 5)*metric(:, m, 5))
             quadratic%z(:, v, 2, m) = mean(:, v, 1)*metric(:, m, 1) + mean(:, v, 2)*metric(:, m, 2) &
@@ -167,7 +178,7 @@ contains
       end do
       if (.not. curved) return
       do m = 1, 3
-         do v = 1, 3
+         do v = 1, rows_3
             quadratic%z(:, v, 4, m) = mean(:, v, 5)*metric(:, m, 5) - mean(:, v, 1)*metric(:, m, 1)
             quadratic%z(:, v, 5, m) = mean(:, v, 1)*metric(:, m, 1) - mean(:, v, 4)*metric(:, m, 4)
             quadratic%z(:, v, 6, m) = mean(:, v, 1)*metric(:, m, 1)
@@ -178,7 +189,7 @@ contains
    !> Straight sides have no bubble.
    pure subroutine remove_straight(bulge, mean)
       real(wp), intent(in) :: bulge(lanes, 3)
-      real(wp), intent(inout) :: mean(lanes, 3, 6)
+      real(wp), intent(inout) :: mean(lanes, rows_3, 6)
       integer :: kl, v
       do kl = 1, 6
          do v = 1, 3
@@ -192,38 +203,43 @@ contains
       logical, intent(in) :: curved
       real(wp), intent(in) :: c(lanes, 3), a(lanes, 3)
       type(quadratic_t), intent(inout) :: quadratic
-      real(wp) :: half(lanes, 6), w(lanes, 6)
+      real(wp) :: half(lanes, 6), w(lanes, rows_3, 6)
       integer :: ab, m, v
       half(:, 1) = 0.5_wp*a(:, 1)**2
       half(:, 2) = 0.5_wp*a(:, 2)**2
       half(:, 3) = a(:, 1)*a(:, 2)
-      do v = 1, 3
+      associate (z => quadratic%z)
          do ab = 1, 3
-            w(:, ab) = quadratic%z(:, v, ab, 1)*c(:, 1) + quadratic%z(:, v, ab, 2)*c(:, 2) + quadratic%z(:, v, ab, 3)*c(:, 3)
+            do v = 1, rows_3
+               w(:, v, ab) = z(:, v, ab, 1)*c(:, 1) + z(:, v, ab, 2)*c(:, 2) + z(:, v, ab, 3)*c(:, 3)
+            end do
          end do
-         quadratic%da(:, v, 1) = w(:, 1)*a(:, 1) + w(:, 3)*a(:, 2)
-         quadratic%da(:, v, 2) = w(:, 3)*a(:, 1) + w(:, 2)*a(:, 2)
-         quadratic%value(:, v) = 0.5_wp*(quadratic%da(:, v, 1)*a(:, 1) + quadratic%da(:, v, 2)*a(:, 2))
-         if (level < level_force) cycle
-         associate (z => quadratic%z(:, v, :, :))
-            quadratic%de(:, v, 1) = 2*(z(:, 1, 1)*half(:, 1) + z(:, 2, 1)*half(:, 2) + z(:, 3, 1)*half(:, 3))
-            quadratic%de(:, v, 2) = 2*(z(:, 1, 2)*half(:, 1) + z(:, 2, 2)*half(:, 2) + z(:, 3, 2)*half(:, 3))
-            quadratic%de(:, v, 3) = z(:, 1, 3)*half(:, 1) + z(:, 2, 3)*half(:, 2) + z(:, 3, 3)*half(:, 3)
-         end associate
-      end do
+         do v = 1, rows_3
+            quadratic%da(:, v, 1) = w(:, v, 1)*a(:, 1) + w(:, v, 3)*a(:, 2)
+            quadratic%da(:, v, 2) = w(:, v, 3)*a(:, 1) + w(:, v, 2)*a(:, 2)
+            quadratic%value(:, v) = 0.5_wp*(quadratic%da(:, v, 1)*a(:, 1) + quadratic%da(:, v, 2)*a(:, 2))
+         end do
+         if (level >= level_force) then
+            do v = 1, rows_3
+               quadratic%de(:, v, 1) = 2*(z(:, v, 1, 1)*half(:, 1) + z(:, v, 2, 1)*half(:, 2) + z(:, v, 3, 1)*half(:, 3))
+               quadratic%de(:, v, 2) = 2*(z(:, v, 1, 2)*half(:, 1) + z(:, v, 2, 2)*half(:, 2) + z(:, v, 3, 2)*half(:, 3))
+               quadratic%de(:, v, 3) = z(:, v, 1, 3)*half(:, 1) + z(:, v, 2, 3)*half(:, 2) + z(:, v, 3, 3)*half(:, 3)
+            end do
+         end if
+      end associate
       if (.not. curved) return
       ! the third difference
       half(:, 4) = a(:, 1)*a(:, 3)
       half(:, 5) = a(:, 2)*a(:, 3)
       half(:, 6) = 0.5_wp*a(:, 3)**2
-      do v = 1, 3
+      do v = 1, rows_3
          do ab = 4, 6
-            w(:, ab) = quadratic%z(:, v, ab, 1)*c(:, 1) + quadratic%z(:, v, ab, 2)*c(:, 2) + quadratic%z(:, v, ab, 3)*c(:, 3)
+            w(:, v, ab) = quadratic%z(:, v, ab, 1)*c(:, 1) + quadratic%z(:, v, ab, 2)*c(:, 2) + quadratic%z(:, v, ab, 3)*c(:, 3)
          end do
-         quadratic%value(:, v) = quadratic%value(:, v) + (w(:, 4)*half(:, 4) + w(:, 5)*half(:, 5) + w(:, 6)*half(:, 6))
-         quadratic%da(:, v, 1) = quadratic%da(:, v, 1) + w(:, 4)*a(:, 3)
-         quadratic%da(:, v, 2) = quadratic%da(:, v, 2) + w(:, 5)*a(:, 3)
-         quadratic%da(:, v, 3) = w(:, 4)*a(:, 1) + w(:, 5)*a(:, 2) + w(:, 6)*a(:, 3)
+         quadratic%value(:, v) = quadratic%value(:, v) + (w(:, v, 4)*half(:, 4) + w(:, v, 5)*half(:, 5) + w(:, v, 6)*half(:, 6))
+         quadratic%da(:, v, 1) = quadratic%da(:, v, 1) + w(:, v, 4)*a(:, 3)
+         quadratic%da(:, v, 2) = quadratic%da(:, v, 2) + w(:, v, 5)*a(:, 3)
+         quadratic%da(:, v, 3) = w(:, v, 4)*a(:, 1) + w(:, v, 5)*a(:, 2) + w(:, v, 6)*a(:, 3)
          if (level < level_force) cycle
          associate (z => quadratic%z(:, v, :, :))
             do m = 1, 3

@@ -3,7 +3,7 @@
 !> A block of `lanes` elements is evaluated at once; state in, state out, no history. Element numbers, threads and error
 !> lists belong to finshell_batch.
 module finshell_element
-   use finshell_kinds, only: wp, i4, lanes, points_per_block
+   use finshell_kinds, only: wp, i4, lanes, points_per_block, rows_3
    use finshell_freedoms, only: n_shell
    use finshell_cap, only: cap_volume
    use finshell_curved, only: curved_t, turned_t, new_curved, new_turned, reference_curvature, turn_nodes
@@ -57,7 +57,7 @@ contains
       integer, intent(in) :: level !< level_energy, level_force or level_tangent
       type(block_t), intent(in) :: block
       real(wp), intent(inout) :: energy(lanes), force(lanes, n_shell)
-      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell)
       integer(i4), intent(out) :: status(lanes)
       type(stress_t), intent(in), optional :: stress !< resultants for the geometric part of the tangent
       type(point_states_t), intent(inout), optional :: states !< of laws with states
@@ -86,7 +86,7 @@ contains
       integer, intent(in) :: level !< level_energy: the volume, level_force or level_tangent
       type(block_t), intent(in) :: block
       real(wp), intent(inout) :: volume(lanes), force(lanes, n_shell)
-      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell)
       integer(i4), intent(out) :: status(lanes)
       type(reference_t) :: ref
       type(turned_t) :: turned
@@ -133,13 +133,15 @@ contains
       type(vector_rotation_t), intent(in) :: vectors
       type(core_t), intent(in) :: core
       real(wp), intent(inout) :: force(lanes, n_shell), tangent(lanes, n_shell, n_shell)
-      real(wp) :: node_frame(lanes, 3, 3, 3), moment(lanes, 3, 3)
+      real(wp) :: node_frame(lanes, rows_3, 3, 0:3), moment(lanes, 3, 3)
       integer :: i
+      node_frame(:, rows_3, :, :) = 0
+      node_frame(:, 1:3, :, 0) = filter%rotation
       do i = 1, 3
          if (block%convention == rotation_quaternion) then
-            node_frame(:, :, :, i) = filter%rotation
+            node_frame(:, :, :, i) = node_frame(:, :, :, 0)
          else
-            call turned_frame(vectors, i, filter%rotation, node_frame(:, :, :, i))
+            call turned_frame(vectors, i, filter%rotation, node_frame(:, 1:3, :, i))
          end if
       end do
       call lift(level, ref, filter, core, node_frame, force, moment, tangent)

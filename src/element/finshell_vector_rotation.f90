@@ -80,7 +80,7 @@ contains
    pure subroutine add_vector_curvature(v, moment, tangent)
       type(vector_rotation_t), intent(in) :: v
       real(wp), intent(in) :: moment(lanes, 3, 3) !< conjugate to the spins (component, node)
-      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell) !< upper triangle
+      real(wp), intent(inout) :: tangent(lanes, n_shell, n_shell)
       real(wp), dimension(lanes, 3) :: once, twice, b
       real(wp) :: work(lanes)
       integer :: c, i, o, r
@@ -95,6 +95,7 @@ contains
             do c = 1, 3
                do r = 1, c
                   tangent(:, o + r, o + c) = tangent(:, o + r, o + c) + b(:, r)*t(:, c) + b(:, c)*t(:, r)
+                  tangent(:, o + c, o + r) = tangent(:, o + r, o + c)
                end do
             end do
             work = v%c3(:, i)*(t(:, 1)*m(:, 1) + t(:, 2)*m(:, 2) + t(:, 3)*m(:, 3))

@@ -26,7 +26,7 @@ contains
          call law%plane_stress(lanes, level, strain, energy, stress, tangent, status)
       else
          found = filled_status(status)
-         call law%plane_stress(points, level, filled(3, strain), w, s, d, found)
+         call law%plane_stress(points, level, filled_strain(strain), w, s, d, found)
          call take(level, w, s, d, found, energy, stress, tangent, status)
       end if
    end subroutine plane_stress
@@ -47,10 +47,10 @@ contains
       end if
       found = filled_status(status)
       if (present(rate)) then
-         call law%switched_plane_stress(points, level, filled(3, strain), filled(1, floor), w, s, d, found, filled(3, rate), &
-                                        filled(1, rate_floor))
+         call law%switched_plane_stress(points, level, filled_strain(strain), filled(floor), w, s, d, found, filled_strain(rate), &
+                                        filled(rate_floor))
       else
-         call law%switched_plane_stress(points, level, filled(3, strain), filled(1, floor), w, s, d, found)
+         call law%switched_plane_stress(points, level, filled_strain(strain), filled(floor), w, s, d, found)
       end if
       call take(level, w, s, d, found, energy, stress, tangent, status)
    end subroutine switched_plane_stress
@@ -68,22 +68,27 @@ contains
          call law%thickness_stretch(lanes, level, strain, l, dl, ddl, status)
       else
          found = filled_status(status)
-         call law%thickness_stretch(points, level, filled(3, strain), w, s, d, found)
+         call law%thickness_stretch(points, level, filled_strain(strain), w, s, d, found)
          call take(level, w, s, d, found, l, dl, ddl, status)
       end if
    end subroutine thickness_stretch
 
    !> Values of a strip from those of a block.
-   pure function filled(n, values) result(f)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: values(lanes, n)
-      real(wp) :: f(points, n)
-      integer :: i
-      do i = 1, n
-         f(:, i) = values(1, i)
-         f(:lanes, i) = values(:, i)
-      end do
+   pure function filled(values) result(f)
+      real(wp), intent(in) :: values(lanes)
+      real(wp) :: f(points)
+      f = values(1)
+      f(:lanes) = values
    end function filled
+
+   pure function filled_strain(strain) result(f)
+      real(wp), intent(in) :: strain(lanes, 3)
+      real(wp) :: f(points, 3)
+      integer :: i
+      do i = 1, 3
+         f(:, i) = filled(strain(:, i))
+      end do
+   end function filled_strain
 
    pure function filled_status(status) result(f)
       integer(i4), intent(in) :: status(lanes)

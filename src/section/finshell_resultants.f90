@@ -15,6 +15,9 @@ module finshell_resultants
    public :: resultants_t, switches_t, integrate, midsurface_thickness, reference_membrane_tangent
    public :: layer_direction, points_per_block
 
+   !> Points of which the results mean something, in whole registers.
+   integer, parameter :: used = min(points_per_block, 4*((3*lanes + 3)/4))
+
    !> What laws with switches have to know at the points of a block, beside the strain.
    type :: switches_t
       real(wp) :: floor(points_per_block) !< strain that rounding of the motion alone can make
@@ -180,17 +183,17 @@ contains
                   call rotate_stress(points_per_block, direction, s)
                   if (level >= level_tangent) call rotate_tangent(points_per_block, direction, d)
                end if
-               r%energy = r%energy + weight*w
+               r%energy(:used) = r%energy(:used) + weight*w(:used)
                if (level < level_force) cycle
                do i = 1, 3
-                  r%n(:, i) = r%n(:, i) + weight*s(:, i)
-                  r%m(:, i) = r%m(:, i) + (weight*z)*s(:, i)
+                  r%n(:used, i) = r%n(:used, i) + weight*s(:used, i)
+                  r%m(:used, i) = r%m(:used, i) + (weight*z)*s(:used, i)
                end do
                if (level < level_tangent) cycle
                do i = 1, 6
-                  r%a(:, i) = r%a(:, i) + weight*d(:, i)
-                  r%b(:, i) = r%b(:, i) + (weight*z)*d(:, i)
-                  r%d(:, i) = r%d(:, i) + (weight*z**2)*d(:, i)
+                  r%a(:used, i) = r%a(:used, i) + weight*d(:used, i)
+                  r%b(:used, i) = r%b(:used, i) + (weight*z)*d(:used, i)
+                  r%d(:used, i) = r%d(:used, i) + (weight*z**2)*d(:used, i)
                end do
             end do
             place = place + numbers_of(layer)
