@@ -150,7 +150,7 @@ contains
       call report('formulation (P)', costs(rotation_quaternion))
       call use_section()
       allocate (normal(3, 3, n))
-      normal(1:2, :, :) = x(1:2, :, :)/20 ! of a sphere of ten times the size
+      normal(1:2, :, :) = x(1:2, :, :)/200 ! of a sphere of a hundred times the size
       normal(3, :, :) = 1
       call report('curved reference', costs(rotation_quaternion))
       deallocate (normal)

@@ -1,7 +1,7 @@
 !> Strains that are referred to another metric: E <- A E A with A = (I + V)^(-1/2), and stresses and tangents that are pulled back.
 !>
-!> V, strains and tangents in Voigt form (finshell_voigt). V is small where metrics differ little: it is given, not I + V. Loops over
-!> points keep what they need in registers: with arrays for it they would not become vector instructions.
+!> V, strains and tangents in Voigt form (finshell_voigt). V is small where metrics differ little: it is given, not I + V. Loops
+!> over points keep what they need in registers: with arrays for it they would not become vector instructions.
 module finshell_metric_change
    use finshell_kinds, only: wp
    implicit none

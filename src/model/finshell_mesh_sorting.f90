@@ -1,4 +1,4 @@
-!> Sorting permutations: a stable radix sort, of n times at most six steps. Used to find shared edges, duplicate nodes and node tags.
+!> Sorting permutations: a stable radix sort, at most six times n steps. Used to find shared edges, duplicate nodes and node tags.
 module finshell_mesh_sorting
    use finshell_kinds, only: dp, i8
    implicit none
