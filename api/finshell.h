@@ -18,7 +18,7 @@
  *   - After a fork, a child of a process that has called finshell_evaluate with several threads computes with one: the threads of
  *     OpenMP stay in the parent. Results are the same.
  *   - Results are the same to the last bit for any number of threads and however a mesh is split into batches (on one
- *     processor: see finshell_cpu_level); those of an element alone in its call differ from them by rounding.
+ *     processor: see finshell_cpu_level); those of calls of up to three elements differ from them by rounding.
  *
  * Element: three nodes, counter-clockwise about the normal. Each node has a displacement u and a rotation R, which takes
  * directors of the undeformed to those of the deformed shell, in global axes. The 18 entries of force and tangent are ordered

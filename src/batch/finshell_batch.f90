@@ -2,8 +2,8 @@
 !>
 !> Assembly, C interface and tests all come through here. Elements are gathered into blocks of `lanes`, evaluated side by side
 !> and scattered back; every element is computed by the same operations wherever it stands, so results do not depend on the
-!> number of threads nor on how a mesh is split into calls. But for an element that is alone in its call (finshell_single): the same
-!> formulas, other instructions, so that its results differ by rounding.
+!> number of threads nor on how a mesh is split into calls. But for calls of up to three elements (finshell_single): the same
+!> formulas, other instructions, so that their results differ by rounding.
 module finshell_batch
    use finshell_block, only: bad_shape, check_input, check_results, gather, gather_own, vanishing
    use finshell_chunk, only: evaluate_chunk, n_resultants
@@ -20,7 +20,7 @@ module finshell_batch
    use finshell_own, only: n_growth
    use finshell_reference, only: side_free, side_straight, side_fixed
    use finshell_section, only: section_t
-   use finshell_single, only: evaluate_single, narrow
+   use finshell_single, only: evaluate_single, most_alone
    use finshell_status, only: status_invalid_argument, status_material_limit, status_ok
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
    implicit none
@@ -91,10 +91,12 @@ contains
 !$    if (.not. omp_in_parallel()) team = min(omp_get_max_threads(), 1 + blocks/blocks_per_thread)
       if (present(threads)) team = max(1, threads)
       quiet = .true.
-      if (n == 1 .and. narrow) then
+      if (n <= most_alone) then
          call hold(environment)
-         call evaluate_single(section, level, 0, n, x, u, rotation, convention, status, energy, force, tangent, direction, state, &
-                              resultants, toward, held, normal, thickness, offset, growth, states)
+         do b = 0, n - 1
+            call evaluate_single(section, level, b, n, x, u, rotation, convention, status, energy, force, tangent, direction, &
+                                 state, resultants, toward, held, normal, thickness, offset, growth, states)
+         end do
          quiet = all_quiet()
          call release(environment)
       else if (team == 1 .or. blocks == 1) then

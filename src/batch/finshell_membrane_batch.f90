@@ -11,7 +11,7 @@ module finshell_membrane_batch
    use finshell_own, only: n_growth
    use finshell_recovered, only: recovered_t
    use finshell_section, only: section_t
-   use finshell_single, only: evaluate_single_membrane, narrow
+   use finshell_single, only: evaluate_single_membrane, most_membranes_alone
    use finshell_status, only: status_material_limit, status_ok
    use finshell_tension_field, only: state_slack, state_taut, state_wrinkled
 !$ use omp_lib, only: omp_get_max_threads, omp_in_parallel
@@ -59,10 +59,12 @@ contains
 !$    if (.not. omp_in_parallel()) team = min(omp_get_max_threads(), 1 + blocks/blocks_per_thread)
       if (present(threads)) team = max(1, threads)
       quiet = .true.
-      if (n == 1 .and. narrow) then
+      if (n <= most_membranes_alone) then
          call hold(environment)
-         call evaluate_single_membrane(section, level, 0, n, x, u, status, energy, force, tangent, direction, toward, &
-                                       slack_energy, thickness, growth)
+         do b = 0, n - 1
+            call evaluate_single_membrane(section, level, b, n, x, u, status, energy, force, tangent, direction, toward, &
+                                          slack_energy, thickness, growth)
+         end do
          quiet = all_quiet()
          call release(environment)
       else if (team == 1 .or. blocks == 1) then

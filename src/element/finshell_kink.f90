@@ -10,7 +10,7 @@ module finshell_kink
    use finshell_bending, only: bending_t
    use finshell_filter, only: filter_t, jacobian_gradient, jacobian_hessian
    use finshell_evaluation, only: level_force, level_tangent
-   use finshell_reference, only: reference_t, alpha_b
+   use finshell_reference, only: reference_t, alpha_b, side_from, side_to
    use finshell_voigt, only: row, column
    implicit none
    private
@@ -168,7 +168,7 @@ contains
       do k = 1, 3
          call side_matrices(ref, bend, k, matrix, square)
          do tip = 1, 2
-            i = node_at(tip, k)
+            i = merge(side_from(k), side_to(k), tip == 1)
             sign = 2*tip - 3
             associate (g => kink%g(:, :, i))
                d = bend%g(:, 2*i - 1:2*i) - g
@@ -186,12 +186,6 @@ contains
          end do
       end do
    end subroutine side_forms
-
-   !> The node where side k begins (1) or ends (2).
-   pure integer function node_at(tip, k)
-      integer, intent(in) :: tip, k
-      node_at = 1 + mod(k + tip - 2, 3)
-   end function node_at
 
    !> Second derivatives of a at fixed work conjugates of a, with respect to midsurface strain and slopes.
    pure subroutine add_kink_hessian(ref, filter, bend, kink, conjugate, h)
@@ -221,7 +215,7 @@ contains
          end do
          call side_matrices(ref, bend, k, matrix, square)
          do tip = 1, 2
-            i = node_at(tip, k)
+            i = merge(side_from(k), side_to(k), tip == 1)
             w = -w ! the beginning counts against the end
             d = bend%g(:, 2*i - 1:2*i) - kink%g(:, :, i)
             sg = times(square, kink%g(:, :, i))
