@@ -151,7 +151,7 @@ class Interrupt(unittest.TestCase):
         text = CASES["volume"].replace("rings = 12", "rings = 24")
         (self.path / "r.nml").write_text(text)
         run = started(self.path, "run", "r.nml", "--set", "section.thickness=0.5,0.6,0.7", "--jobs", "2")
-        while run.poll() is None and not (self.path / "r.2.history.csv").exists():
+        while run.poll() is None and not all((self.path / f"r.{i}.history.csv").exists() for i in (1, 2)):
             time.sleep(0.001)
         run.send_signal(signal.SIGINT)
         said = "".join(run.communicate(timeout=120))
