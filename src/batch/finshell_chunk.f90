@@ -48,7 +48,7 @@ contains
       if (present(resultants)) call gather_stress(first, n, resultants, stress)
       if (present(states)) call new_point_states(states, first, n, remembered)
       if (lanes == 1 .and. present(tangent)) then
-         call evaluate(tangent(:, :, first + 1))
+         call evaluate(tangent(1, 1, first + 1)) ! and what follows it
       else
          call evaluate(kb)
       end if
