@@ -102,6 +102,8 @@ contains
       logical, intent(in) :: curved
       real(wp), intent(inout) :: h(lanes, n_core, n_core)
       real(wp) :: t(lanes, n_core, 3), ts(lanes, 3), ys(lanes, rows_9, 3), beside(lanes, rows_9, 3)
+      !> Variables for which all four terms are formed: the strains, of a single element all, as its rows are formed together.
+      integer, parameter :: in_full = merge(9, 3, lanes == 1)
       integer :: first, i, j, v
       do j = 1, n_core
          t(:, j, 1) = a(:, 1)*dm(:, j, 1) + a(:, 4)*dm(:, j, 2) + a(:, 5)*dm(:, j, 3)
@@ -118,28 +120,18 @@ contains
             h(:, i, j) = h(:, i, j) + t(:, i, 1)*dm(:, j, 1) + t(:, i, 2)*dm(:, j, 2) + t(:, i, 3)*dm(:, j, 3)
          end do
       end do
-      if (lanes == 1) then
-         do first = 1, 9, rows
-            do j = first, 9
-               do i = first, first + rows - 1
-                  h(:, i, j) = h(:, i, j) + (dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)) &
-                     + (y(:, i, 1)*dm(:, j, 1) + y(:, i, 2)*dm(:, j, 2) + y(:, i, 3)*dm(:, j, 3)) &
-                     + (dv(:, i, 1)*s(:, j, 1) + dv(:, i, 2)*s(:, j, 2) + dv(:, i, 3)*s(:, j, 3)) &
-                     + (s(:, i, 1)*dv(:, j, 1) + s(:, i, 2)*dv(:, j, 2) + s(:, i, 3)*dv(:, j, 3))
-               end do
+      do first = 1, in_full, rows
+         do j = first, in_full
+            do i = first, merge(first + rows - 1, j, lanes == 1)
+               h(:, i, j) = h(:, i, j) + (dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)) &
+                  + (y(:, i, 1)*dm(:, j, 1) + y(:, i, 2)*dm(:, j, 2) + y(:, i, 3)*dm(:, j, 3)) &
+                  + (dv(:, i, 1)*s(:, j, 1) + dv(:, i, 2)*s(:, j, 2) + dv(:, i, 3)*s(:, j, 3)) &
+                  + (s(:, i, 1)*dv(:, j, 1) + s(:, i, 2)*dv(:, j, 2) + s(:, i, 3)*dv(:, j, 3))
             end do
          end do
-         return
-      end if
-      ys = y + s
-      do j = 1, 3
-         do i = 1, j
-            h(:, i, j) = h(:, i, j) + (dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)) &
-               + (y(:, i, 1)*dm(:, j, 1) + y(:, i, 2)*dm(:, j, 2) + y(:, i, 3)*dm(:, j, 3)) &
-               + (dv(:, i, 1)*s(:, j, 1) + dv(:, i, 2)*s(:, j, 2) + dv(:, i, 3)*s(:, j, 3)) &
-               + (s(:, i, 1)*dv(:, j, 1) + s(:, i, 2)*dv(:, j, 2) + s(:, i, 3)*dv(:, j, 3))
-         end do
       end do
+      if (lanes == 1) return
+      ys = y + s
       do j = 4, 9
          do i = 1, 3
             h(:, i, j) = h(:, i, j) + (dm(:, i, 1)*t(:, j, 1) + dm(:, i, 2)*t(:, j, 2) + dm(:, i, 3)*t(:, j, 3)) &

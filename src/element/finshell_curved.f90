@@ -146,20 +146,9 @@ contains
       real(wp), intent(inout) :: membrane(points_per_block, 3), curvature(points_per_block, 3)
       integer :: k
       do k = 0, 2*lanes, lanes
-         call refer(membrane)
-         call refer(curvature)
+         call change_strain(lanes, curved%strain, membrane(k + 1:k + lanes, :))
+         call change_strain(lanes, curved%strain, curvature(k + 1:k + lanes, :))
       end do
-
-   contains
-
-      !> The points of one corner; a slice as an argument would be copied to the heap.
-      pure subroutine refer(strain)
-         real(wp), intent(inout) :: strain(points_per_block, 3)
-         real(wp) :: own(lanes, 3)
-         own = strain(k + 1:k + lanes, :)
-         call change_strain(lanes, curved%strain, own)
-         strain(k + 1:k + lanes, :) = own
-      end subroutine refer
    end subroutine refer_change_to
 
    !> K0 at the points, referred to the metric of the curved surface.
@@ -187,30 +176,12 @@ contains
          k = lanes*(g - 1)
          r%energy(k + 1:k + lanes) = curved%area*r%energy(k + 1:k + lanes)
          if (level < level_force) cycle
-         call pull_back(r%n)
-         call pull_back(r%m)
+         call pull_back_stress(lanes, curved%strain, curved%area, r%n(k + 1:k + lanes, :))
+         call pull_back_stress(lanes, curved%strain, curved%area, r%m(k + 1:k + lanes, :))
          if (level < level_tangent) cycle
-         call pull_back_matrix(r%a)
-         call pull_back_matrix(r%b)
-         call pull_back_matrix(r%d)
+         call pull_back_tangent(lanes, curved%strain, curved%area, r%a(k + 1:k + lanes, :))
+         call pull_back_tangent(lanes, curved%strain, curved%area, r%b(k + 1:k + lanes, :))
+         call pull_back_tangent(lanes, curved%strain, curved%area, r%d(k + 1:k + lanes, :))
       end do
-
-   contains
-
-      pure subroutine pull_back(stress)
-         real(wp), intent(inout) :: stress(points_per_block, 3)
-         real(wp) :: own(lanes, 3)
-         own = stress(k + 1:k + lanes, :)
-         call pull_back_stress(lanes, curved%strain, curved%area, own)
-         stress(k + 1:k + lanes, :) = own
-      end subroutine pull_back
-
-      pure subroutine pull_back_matrix(tangent)
-         real(wp), intent(inout) :: tangent(points_per_block, 6)
-         real(wp) :: own(lanes, 6)
-         own = tangent(k + 1:k + lanes, :)
-         call pull_back_tangent(lanes, curved%strain, curved%area, own)
-         tangent(k + 1:k + lanes, :) = own
-      end subroutine pull_back_matrix
    end subroutine from_curved
 end module finshell_curved

@@ -164,7 +164,7 @@ contains
       real(wp) :: matrix(lanes, 3), square(lanes, 3), d(lanes, 2), x(lanes, 2), y(lanes, 2), z(lanes)
       integer :: e, i, k, sign, tip
       kink%s = 0
-      kink%ds = 0
+      if (level >= level_force) kink%ds = 0
       do k = 1, 3
          call side_matrices(ref, bend, k, matrix, square)
          do tip = 1, 2

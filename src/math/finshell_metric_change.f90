@@ -1,7 +1,8 @@
 !> Strains that are referred to another metric: E <- A E A with A = (I + V)^(-1/2), and stresses and tangents that are pulled back.
 !>
 !> V, strains and tangents in Voigt form (finshell_voigt). V is small where metrics differ little: it is given, not I + V. Loops
-!> over points keep what they need in registers: with arrays for it they would not become vector instructions.
+!> over points keep what they need in registers: with arrays for it they would not become vector instructions. What is changed in
+!> place has assumed shape: slices of larger arrays are taken where they stand.
 module finshell_metric_change
    use finshell_kinds, only: wp
    implicit none
@@ -41,7 +42,7 @@ contains
    pure subroutine change_strain(n, map, strain)
       integer, intent(in) :: n
       real(wp), intent(in) :: map(n, 3, 3)
-      real(wp), intent(inout) :: strain(n, 3)
+      real(wp), intent(inout) :: strain(:, :) !< (n, 3)
       real(wp) :: e1, e2, e3
       integer :: l
       !GCC$ ivdep
@@ -59,7 +60,7 @@ contains
    pure subroutine pull_back_stress(n, map, factor, stress)
       integer, intent(in) :: n
       real(wp), intent(in) :: map(n, 3, 3), factor(n)
-      real(wp), intent(inout) :: stress(n, 3)
+      real(wp), intent(inout) :: stress(:, :) !< (n, 3)
       real(wp) :: s1, s2, s3
       integer :: l
       !GCC$ ivdep
@@ -77,7 +78,7 @@ contains
    pure subroutine pull_back_tangent(n, map, factor, tangent)
       integer, intent(in) :: n
       real(wp), intent(in) :: map(n, 3, 3), factor(n)
-      real(wp), intent(inout) :: tangent(n, 6)
+      real(wp), intent(inout) :: tangent(:, :) !< (n, 6)
       real(wp) :: d11, d22, d33, d12, d13, d23, t1, t2, t3
       integer :: l
       !GCC$ ivdep
