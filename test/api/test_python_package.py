@@ -528,7 +528,7 @@ if child == 0: os._exit(0)
 print(os.waitpid(child, 0)[1])
 """
         environment = dict(os.environ, PYTHONPATH=PACKAGE, OMP_NUM_THREADS="2")
-        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual((done.returncode, done.stdout), (0, "0\n"), msg=done.stderr)
 
 

@@ -56,7 +56,7 @@ class BadInput(unittest.TestCase):
     def run_text(self, text, command="run", name="model.nml"):
         path = Path(self.folder.name) / name
         path.write_text(text)
-        return subprocess.run([PROGRAM, command, name], cwd=self.folder.name, capture_output=True, text=True, timeout=60, check=False)
+        return subprocess.run([PROGRAM, command, name], cwd=self.folder.name, capture_output=True, text=True, timeout=300, check=False)
 
     def refuse(self, text, *words, code=2, command="run"):
         result = self.run_text(text, command)

@@ -320,7 +320,7 @@ class CommandLine(unittest.TestCase):
                     break
                 text += part
             os.close(leader)
-            self.assertEqual(run.wait(timeout=60), 0)
+            self.assertEqual(run.wait(timeout=300), 0)
             return text.decode()
         text = seen()
         lines = re.findall("\r\x1b\\[K  (step [^\r\n]*)", text)

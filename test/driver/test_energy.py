@@ -117,7 +117,7 @@ class Energy(unittest.TestCase):
         self.rows(text)
         whole = (self.path / "a.history.csv").read_bytes()
         for at in (4, 10, 15):
-            done = subprocess.run([PROGRAM, "restart", "-q", "a", "--from", str(at)], cwd=self.path, capture_output=True, text=True, timeout=60, check=False)
+            done = subprocess.run([PROGRAM, "restart", "-q", "a", "--from", str(at)], cwd=self.path, capture_output=True, text=True, timeout=300, check=False)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual((self.path / "a.history.csv").read_bytes(), whole)
 
@@ -130,7 +130,7 @@ class Energy(unittest.TestCase):
     def test_names_of_columns(self):
         text = STRIP.replace("name = 'u'", "name = 'work'") + LOAD + STEP.format(0.1)
         (self.path / "a.nml").write_text(text)
-        done = subprocess.run([PROGRAM, "check", "a.nml"], cwd=self.path, capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([PROGRAM, "check", "a.nml"], cwd=self.path, capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 2)
         self.assertIn("a.nml:5: &monitor name: the history has a column 'work' of its own", done.stderr)
 

@@ -102,20 +102,22 @@ class Interrupt(unittest.TestCase):
         duration = time.time() - began
         (self.path / "parts").mkdir()
         stopped = 0
-        for part in (0.3, 0.5, 0.7):
+        for part in (0.3, 0.5, 0.7, 0.2, 0.1, 0.05):
+            if stopped == 2:
+                break
             shutil.rmtree(self.path / "parts")
             (self.path / "parts").mkdir()
             run = started(self.path, "run", "r.nml", "-q", "-o", "parts")
             time.sleep(part * duration)
             run.send_signal(signal.SIGINT)
-            run.communicate(timeout=60)
+            run.communicate(timeout=300)
             if run.returncode == 3:
                 stopped += 1
                 self.solve("restart", "parts/r", "-q")
             elif run.returncode == -signal.SIGINT:  # before it watched
                 continue
             self.assertEqual((self.path / "parts/r.history.csv").read_text(), (self.path / "whole/r.history.csv").read_text())
-        self.assertGreater(stopped, 0)
+        self.assertEqual(stopped, 2)
 
     def test_twice_is_at_once(self):
         (self.path / "r.nml").write_text(CASES["volume"].replace("rings = 12", "rings = 60"))
@@ -123,11 +125,11 @@ class Interrupt(unittest.TestCase):
         while run.poll() is None and not (self.path / "r.history.csv").exists():
             time.sleep(0.001)
         run.send_signal(signal.SIGINT)
-        time.sleep(0.02)
-        run.send_signal(signal.SIGINT)
-        said = "".join(run.communicate(timeout=60))
-        self.assertEqual(run.returncode, -signal.SIGINT, said)
-        self.assertIn("finshell: stops after this increment; once more: at once", said)
+        for line in run.stderr:  # two signals that arrive together are one
+            if "finshell: stops after this increment; once more: at once" in line:
+                run.send_signal(signal.SIGINT)
+        run.communicate(timeout=300)
+        self.assertEqual(run.returncode, -signal.SIGINT)
         self.assertIn("It was killed.", self.solve("info", "r"))
 
     def test_without_a_restart(self):

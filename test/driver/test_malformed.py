@@ -326,7 +326,7 @@ class Malformed(unittest.TestCase):
     def refuse(self, file, line, words, *arguments):
         """Exit code 2, one sentence with the file, its line and words; no files of results."""
         before = {p: p.read_bytes() for p in self.path.iterdir() if p.is_file()}
-        run = subprocess.run([PROGRAM, *arguments], cwd=self.path, capture_output=True, text=True, check=False, timeout=30, env=ENVIRONMENT,
+        run = subprocess.run([PROGRAM, *arguments], cwd=self.path, capture_output=True, text=True, check=False, timeout=300, env=ENVIRONMENT,
                              errors="replace")
         said = run.stdout + run.stderr
         self.assertEqual(run.returncode, 2, said)
@@ -427,7 +427,7 @@ class Malformed(unittest.TestCase):
             with self.subTest(name), tempfile.TemporaryDirectory() as folder:
                 (Path(folder) / name / taken).mkdir(parents=True)
                 (Path(folder) / "model.nml").write_text(text + more)
-                run = subprocess.run([PROGRAM, *arguments], cwd=folder, capture_output=True, text=True, check=False, timeout=60, env=ENVIRONMENT)
+                run = subprocess.run([PROGRAM, *arguments], cwd=folder, capture_output=True, text=True, check=False, timeout=300, env=ENVIRONMENT)
                 self.assertEqual(run.returncode, code, run.stdout + run.stderr)
                 self.assertIn(words, run.stdout + run.stderr)
                 self.assertNotIn("Backtrace", run.stderr)
@@ -450,7 +450,7 @@ class Malformed(unittest.TestCase):
         """More than Fortran's default integers count; nothing of it is read."""
         with open(self.path / "model.nml", "wb") as file:
             file.truncate(3 * 1024**3)
-        run = subprocess.run([PROGRAM, "check", "model.nml"], cwd=self.path, capture_output=True, text=True, check=False, timeout=60)
+        run = subprocess.run([PROGRAM, "check", "model.nml"], cwd=self.path, capture_output=True, text=True, check=False, timeout=300)
         self.assertEqual(run.returncode, 2)
         self.assertIn("cannot read the file 'model.nml': it is no ordinary file or larger than 2 GiB", run.stderr)
 
@@ -481,7 +481,7 @@ class Malformed(unittest.TestCase):
             with self.subTest(words):
                 self.assertIn(old, GOOD)
                 (self.path / "model.nml").write_text(GOOD.replace(old, new))
-                run = subprocess.run([PROGRAM, "run", "-q", "model.nml"], cwd=self.path, capture_output=True, text=True, check=False, timeout=60,
+                run = subprocess.run([PROGRAM, "run", "-q", "model.nml"], cwd=self.path, capture_output=True, text=True, check=False, timeout=300,
                                      env=ENVIRONMENT)
                 self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
                 self.assertIn(words, run.stderr)

@@ -218,7 +218,7 @@ class Processes(unittest.TestCase):
         for *command, words, code in (("study", "in.nml", "a study runs its meshes as processes of their own: take finshell, not finshell_mpi", 2),
                                       ("restart", "in", "a run goes on in one process: take finshell, not finshell_mpi", 2),
                                       ("info", "in", "It ended so: done", 0), ("mesh", "in.nml", "18 nodes, 16 triangles", 0)):
-            run = subprocess.run([*self.start(2), *command], cwd=self.folder, capture_output=True, text=True, check=False, timeout=60)
+            run = subprocess.run([*self.start(2), *command], cwd=self.folder, capture_output=True, text=True, check=False, timeout=300)
             self.assertEqual(run.returncode, code, run.stdout + run.stderr)
             self.assertEqual((run.stdout + run.stderr).count(words), 1, run.stdout + run.stderr)
 
@@ -232,7 +232,7 @@ class Processes(unittest.TestCase):
         while run.poll() is None and not (history.exists() and len(history.read_text().splitlines()) > 3):
             time.sleep(0.01)
         os.kill(int((self.folder / "in.lock").read_text()), signal.SIGTERM)
-        out, err = run.communicate(timeout=60)
+        out, err = run.communicate(timeout=300)
         self.assertEqual(run.returncode, 3, out + err)
         self.assertEqual(err.count("finshell: interrupted: finshell restart in goes on from here"), 1, out + err)
         done = subprocess.run([PROGRAM, "restart", "in", "-q"], cwd=self.folder, capture_output=True, text=True, check=False, timeout=120)
@@ -244,12 +244,12 @@ class Processes(unittest.TestCase):
         (self.folder / "empty").mkdir()
         command = self.start(1)
         run = subprocess.run([*command, "run", "in.nml", ":", "-n", "1", "--wdir", str(self.folder / "empty"), PARALLEL, "run", "in.nml"],
-                             cwd=self.folder, capture_output=True, text=True, check=False, timeout=60)
+                             cwd=self.folder, capture_output=True, text=True, check=False, timeout=300)
         self.assertEqual(run.returncode, 2, run.stdout + run.stderr)
         self.assertEqual(run.stderr.count("finshell: cannot open the file 'in.nml'"), 1, run.stderr)
 
     def test_help(self):
-        run = subprocess.run([*self.start(2), "--version"], capture_output=True, text=True, check=True, timeout=60)
+        run = subprocess.run([*self.start(2), "--version"], capture_output=True, text=True, check=True, timeout=300)
         self.assertEqual(run.stdout.count("finshell"), 1)
 
 

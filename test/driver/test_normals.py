@@ -32,7 +32,7 @@ class Normals(unittest.TestCase):
 
     def run_text(self, text, code=0):
         (self.folder / "in.nml").write_text(text)
-        run = subprocess.run([PROGRAM, "run", "-q", "in.nml"], cwd=self.folder, capture_output=True, text=True, check=False, timeout=60)
+        run = subprocess.run([PROGRAM, "run", "-q", "in.nml"], cwd=self.folder, capture_output=True, text=True, check=False, timeout=300)
         self.assertEqual(run.returncode, code, run.stdout + run.stderr)
         if code:
             return run.stderr

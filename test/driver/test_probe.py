@@ -119,11 +119,11 @@ class Probes(unittest.TestCase):
         self.run_text(text)
         before = {name: (self.path / f"a.{name}.csv").read_bytes() for name in ("line", "late")}
         for at in ("1", "2"):
-            done = subprocess.run([PROGRAM, "restart", "-q", "a", "--from", at], cwd=self.path, capture_output=True, text=True, timeout=60, check=False)
+            done = subprocess.run([PROGRAM, "restart", "-q", "a", "--from", at], cwd=self.path, capture_output=True, text=True, timeout=300, check=False)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual({name: (self.path / f"a.{name}.csv").read_bytes() for name in before}, before)
         (self.path / "b.nml").write_text(text.replace("'stress', 'displacement'", "'strain'") + "&job name = 'a' /\n")
-        done = subprocess.run([PROGRAM, "restart", "-q", "a", "b.nml", "--from", "2"], cwd=self.path, capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([PROGRAM, "restart", "-q", "a", "b.nml", "--from", "2"], cwd=self.path, capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("a.line.csv: cannot restart: the file has the columns", done.stderr)
 

@@ -21,7 +21,7 @@ def run(text):
     """Exit code, what was printed, rows of the history."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "case.nml").write_text(text)
-        done = subprocess.run([os.environ["FINSHELL_BIN"], "run", "case.nml"], cwd=folder, capture_output=True, text=True, check=False, timeout=60)
+        done = subprocess.run([os.environ["FINSHELL_BIN"], "run", "case.nml"], cwd=folder, capture_output=True, text=True, check=False, timeout=300)
         history = Path(folder) / "case.history.csv"
         rows = [{k: float(v) for k, v in r.items()} for r in csv.DictReader(history.read_text().splitlines())] if history.exists() else []
     return done.returncode, done.stdout + done.stderr, rows

@@ -83,7 +83,7 @@ class Snap(unittest.TestCase):
             (Path(folder) / "in.nml").write_text(text)
             if "cone.msh" in text:
                 write_cone(Path(folder) / "cone.msh")
-            run = subprocess.run([PROGRAM, "run", "in.nml"], cwd=folder, capture_output=True, text=True, timeout=60, check=False)
+            run = subprocess.run([PROGRAM, "run", "in.nml"], cwd=folder, capture_output=True, text=True, timeout=300, check=False)
             history = next(Path(folder).glob("*.history.csv"))
             rows = [{k: float(v) for k, v in r.items()} for r in csv.DictReader(history.read_text().splitlines())]
         if code is not None:

@@ -13,7 +13,7 @@ def run(text):
     """Exit code, message, rows of the history."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "case.nml").write_text(text)
-        done = subprocess.run([os.environ["FINSHELL_BIN"], "run", "-q", "case.nml"], cwd=folder, capture_output=True, text=True, check=False, timeout=60)
+        done = subprocess.run([os.environ["FINSHELL_BIN"], "run", "-q", "case.nml"], cwd=folder, capture_output=True, text=True, check=False, timeout=300)
         rows = [{k: float(v) for k, v in r.items()} for r in csv.DictReader((Path(folder) / "case.history.csv").read_text().splitlines())]
     return done.returncode, done.stderr, rows
 

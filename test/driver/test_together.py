@@ -210,13 +210,13 @@ class Tied(Case):
             (self.path / ("r" + end)).unlink()
         run = subprocess.Popen([PROGRAM, "run", "-q", "r.nml"], cwd=self.path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                env={**os.environ, "OMP_NUM_THREADS": "1"}, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
-        deadline = time.time() + 30
+        deadline = time.time() + 300
         while run.poll() is None and time.time() < deadline:
             if (self.path / "r.history.csv").exists() and len((self.path / "r.history.csv").read_text().splitlines()) > 3:
                 break
             time.sleep(0.001)
         run.send_signal(signal.SIGINT)
-        said = "".join(run.communicate(timeout=60))
+        said = "".join(run.communicate(timeout=300))
         self.assertEqual(run.returncode, 3, said)
         self.assertLess(self.rows()[-1]["load_factor"], 1)
         self.call("restart", "-q", "r")

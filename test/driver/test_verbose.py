@@ -102,7 +102,7 @@ class Verbose(unittest.TestCase):
         self.run_text(STRIP + STEP.replace("load_factor = 1.0", "load_factor = 1.0 maximum_increments = 2"), "-q", "--verbose", code=1)
         before = (self.path / "a.iterations.log").read_text()
         (self.path / "b.nml").write_text(STRIP + STEP + "&job name = 'a' /\n")
-        done = subprocess.run([PROGRAM, "restart", "-q", "--verbose", "a", "b.nml"], cwd=self.path, capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([PROGRAM, "restart", "-q", "--verbose", "a", "b.nml"], cwd=self.path, capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         after = (self.path / "a.iterations.log").read_text()
         self.assertTrue(after.startswith(before))
@@ -111,7 +111,7 @@ class Verbose(unittest.TestCase):
     def test_a_log_that_cannot_be_written(self):
         (self.path / "a.iterations.log").mkdir()
         (self.path / "a.nml").write_text(STRIP + STEP)
-        done = subprocess.run([PROGRAM, "run", "--verbose", "a.nml"], cwd=self.path, capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([PROGRAM, "run", "--verbose", "a.nml"], cwd=self.path, capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 2)
         self.assertIn("a.iterations.log: cannot write the log of iterations", done.stderr)
         self.assertEqual(sorted(p.name for p in self.path.iterdir()), ["a.iterations.log", "a.nml"])
@@ -119,7 +119,7 @@ class Verbose(unittest.TestCase):
     def test_where_it_belongs(self):
         (self.path / "a.nml").write_text(STRIP + STEP)
         for command in ("check", "study"):
-            done = subprocess.run([PROGRAM, command, "--verbose", "a.nml"], cwd=self.path, capture_output=True, text=True, timeout=60, check=False)
+            done = subprocess.run([PROGRAM, command, "--verbose", "a.nml"], cwd=self.path, capture_output=True, text=True, timeout=300, check=False)
             self.assertEqual(done.returncode, 2)
             self.assertIn("--verbose belongs to the commands run and restart", done.stderr)
 

@@ -48,7 +48,7 @@ class Way(unittest.TestCase):
     def run_text(self, text, command="run"):
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "in.nml").write_text(text)
-            run = subprocess.run([PROGRAM, command, "in.nml"], cwd=folder, capture_output=True, text=True, timeout=60, check=False)
+            run = subprocess.run([PROGRAM, command, "in.nml"], cwd=folder, capture_output=True, text=True, timeout=300, check=False)
             history = Path(folder) / "in.history.csv"
             rows = [{k: float(v) for k, v in r.items()} for r in csv.DictReader(history.read_text().splitlines())] if history.exists() else []
         return run, rows
