@@ -2,7 +2,7 @@
 #
 #   find_package(SuiteSparse REQUIRED COMPONENTS CHOLMOD UMFPACK)
 #
-# Imported targets: SuiteSparse::CHOLMOD, SuiteSparse::UMFPACK.
+# Imported targets: SuiteSparse::CHOLMOD, SuiteSparse::UMFPACK, without a folder of headers, which no source reads.
 
 find_path(SuiteSparse_INCLUDE_DIR NAMES cholmod.h PATH_SUFFIXES suitesparse)
 mark_as_advanced(SuiteSparse_INCLUDE_DIR)
@@ -13,8 +13,7 @@ function(finshell_suitesparse_target name)
   mark_as_advanced(SuiteSparse_${upper}_LIBRARY)
   if(SuiteSparse_${upper}_LIBRARY AND NOT TARGET SuiteSparse::${upper})
     add_library(SuiteSparse::${upper} UNKNOWN IMPORTED)
-    set_target_properties(SuiteSparse::${upper} PROPERTIES
-      IMPORTED_LOCATION "${SuiteSparse_${upper}_LIBRARY}" INTERFACE_INCLUDE_DIRECTORIES "${SuiteSparse_INCLUDE_DIR}")
+    set_target_properties(SuiteSparse::${upper} PROPERTIES IMPORTED_LOCATION "${SuiteSparse_${upper}_LIBRARY}")
     foreach(needed IN LISTS ARGN)
       if(TARGET SuiteSparse::${needed})
         set_property(TARGET SuiteSparse::${upper} APPEND PROPERTY INTERFACE_LINK_LIBRARIES SuiteSparse::${needed})

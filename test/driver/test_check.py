@@ -121,8 +121,18 @@ class Check(unittest.TestCase):
             self.assertEqual((result.returncode, result.stderr), (0, ""))
 
     def test_models_too_large(self):
+        """Refused before anything is made of them: in no more CPU time than a few runs of a small model."""
+        def spent():
+            usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+            return usage.ru_utime + usage.ru_stime
+
+        start = spent()
+        self.run_text(MESH + REST + FORCE + "&step /\n")
+        small = spent() - start
         for size in ("1000, 1000", "100000, 100000", "46000, 46000"):
+            start = spent()
             result = self.run_text(MESH.replace("4, 1", size) + REST + FORCE + "&step /\n", memory=4_000_000_000)
+            self.assertLess(spent() - start, 10 * small)
             self.assertEqual(result.returncode, 2, result.stderr)
             self.assertIn("model.nml:1: &mesh: the model has", result.stderr)
             self.assertIn("GB of memory", result.stderr)

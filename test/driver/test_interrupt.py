@@ -125,11 +125,14 @@ class Interrupt(unittest.TestCase):
         while run.poll() is None and not (self.path / "r.history.csv").exists():
             time.sleep(0.001)
         run.send_signal(signal.SIGINT)
-        for line in run.stderr:  # two signals that arrive together are one
-            if "finshell: stops after this increment; once more: at once" in line:
+        said = ""
+        for line in run.stderr:
+            said += line
+            if "finshell: stops after this increment; once more: at once" in line:  # before that the two could arrive as one
                 run.send_signal(signal.SIGINT)
         run.communicate(timeout=300)
-        self.assertEqual(run.returncode, -signal.SIGINT)
+        self.assertEqual(run.returncode, -signal.SIGINT, said)
+        self.assertIn("finshell: stops after this increment; once more: at once", said)
         self.assertIn("It was killed.", self.solve("info", "r"))
 
     def test_without_a_restart(self):

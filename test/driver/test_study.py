@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -131,7 +132,10 @@ class Study(unittest.TestCase):
 
     def test_budget(self):
         """What would not fit is not started; what does not end in time is stopped."""
-        out = self.run_text(ROOF + MONITOR, "--levels", "10", "--budget", "5").stdout
+        budget, begun = 5, time.monotonic()
+        out = self.run_text(ROOF + MONITOR, "--levels", "10", "--budget", str(budget)).stdout
+        used = time.monotonic() - begun
+        self.assertLess(used, 15 * budget)
         self.assertTrue("of the budget are left" in out or "stopped at the end of the budget" in out, out)
         self.assertIn("For 1 % take level", out)
 

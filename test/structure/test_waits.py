@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """No verdict depends on how fast a machine is or on chance: what tests wait for is waited for long, none compares seconds with a number, and random
-numbers are the same in every run (those of gfortran are not, unless a seed is put)."""
+numbers are those of support_element, the same in every run and everywhere (gfortran's own are not)."""
 import re
 import unittest
 from pathlib import Path
@@ -20,11 +20,10 @@ class Waits(unittest.TestCase):
         self.assertGreater(len(files), 50)
         self.assertEqual({str(path): lines for path in files if (lines := found(path.read_text()))}, {}, "a guard against hanging waits 100 s or more; speed is for bench/")
 
-    def test_random_numbers_are_seeded(self):
-        files = {path: path.read_text() for suffix in ("pf", "f90", "F90") for path in TESTS.rglob(f"*.{suffix}")}
-        drawn = [path for path, text in files.items() if "call random_number(" in text]
-        self.assertGreater(len(drawn), 1)
-        self.assertEqual([str(path) for path in drawn if "call random_seed(put=" not in files[path]], [])
+    def test_random_numbers_are_reproducible(self):
+        texts = {path: path.read_text() for suffix in ("pf", "f90", "F90") for path in TESTS.rglob(f"*.{suffix}")}
+        self.assertGreater(sum("uniform_array" in text for text in texts.values()), 5)
+        self.assertEqual([str(path) for path, text in texts.items() if "random_number" in text], [], "uniform of support_element is the same in every run")
 
     def test_planted(self):
         for line in ("run.wait(timeout=60)", "deadline = time.time() + 30", "self.assertLess(time.time() - began, 5)", "self.assertLess(seconds, 1.0)"):
